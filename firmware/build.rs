@@ -1,4 +1,5 @@
-//! Chooses the memory map of the board and tells the linker about it; does nothing when built for a computer.
+//! Chooses the memory map of the board and tells the linker about it; does nothing when built for a
+//! computer.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
@@ -37,7 +38,8 @@ fn main() {
         .unwrap_or_else(|why| panic!("the memory map {} is not readable: {why}", map.display()));
 
     println!("cargo::rustc-link-search={}", out.display());
-    // The linker looks for memory.x in its working folder first, which is the workspace and holds the STM32F405's.
+    // The linker looks for memory.x in its working folder first, which is the workspace and holds
+    // the STM32F405's.
     println!(
         "cargo::rustc-link-arg-bins=--remap-inputs=memory.x={}",
         chosen.display()

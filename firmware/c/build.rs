@@ -1,4 +1,5 @@
-//! Tells the crate whether the processor has the instructions of the assembly loops: every Armv7E-M does.
+//! Tells the crate whether the processor has the instructions of the assembly loops: every Armv7E-M
+//! does.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

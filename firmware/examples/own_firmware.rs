@@ -1,7 +1,8 @@
-//! Jointwatch in a firmware of your own: model, chain and monitor from the two files of `jointwatch export`, and one call per sample.
+//! Jointwatch in a firmware of your own: model, chain and monitor from the two files of `jointwatch
+//! export`, and one call per sample.
 //!
-//! Nothing here needs an operating system or a heap but `main`, which stands in for a board: it makes up counts and prints. The
-//! function `watch` is what a firmware takes over.
+//! Nothing here needs an operating system or a heap but `main`, which stands in for a board: it
+//! makes up counts and prints. The function `watch` is what a firmware takes over.
 
 use jointwatch_shared::base::kernels::Portable;
 use jointwatch_shared::chain::{Chain, ChainState, RawSample};

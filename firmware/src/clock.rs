@@ -7,7 +7,8 @@ use core::fmt;
 pub enum Source {
     /// A quartz crystal on the board: good to tens of parts per million.
     Crystal,
-    /// The RC oscillator inside the chip: good to about a percent, so sample times are only as good.
+    /// The RC oscillator inside the chip: good to about a percent, so sample times are only as
+    /// good.
     Internal,
 }
 

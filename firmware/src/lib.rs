@@ -1,6 +1,8 @@
-//! Jointwatch on the microcontroller: what it does there, without knowing which microcontroller it is.
+//! Jointwatch on the microcontroller: what it does there, without knowing which microcontroller it
+//! is.
 //!
-//! `board` holds the boards, each behind a feature; everything else runs on any of them, and on a computer for its tests.
+//! `board` holds the boards, each behind a feature; everything else runs on any of them, and on a
+//! computer for its tests.
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -1,4 +1,5 @@
-//! Whether a rig block can go with a model: asked before an upload is sealed, and again when it is to run.
+//! Whether a rig block can go with a model: asked before an upload is sealed, and again when it is
+//! to run.
 
 use crate::clock::Rate;
 use jointwatch_shared::base::Model;
@@ -15,8 +16,8 @@ pub(crate) enum Unfit {
     Mismatch,
 }
 
-/// The sample rate of a rig block that was made for the model of this checksum. The block stays where it is: it is large, and the
-/// stack is not.
+/// The sample rate of a rig block that was made for the model of this checksum. The block stays
+/// where it is: it is large, and the stack is not.
 ///
 /// # Errors
 /// [`Unfit`], whichever comes first.
@@ -40,8 +41,9 @@ pub(crate) fn rate(rig: &Rig, model: &Model, checksum: u32) -> Result<Rate, Unfi
     Ok(rate)
 }
 
-/// Whether a rig block is undamaged and for the model of this checksum. What the stack has no room for beside an upload, whether its
-/// quantities can be used, shows at the start: a trial then ends at once.
+/// Whether a rig block is undamaged and for the model of this checksum. What the stack has no room
+/// for beside an upload, whether its quantities can be used, shows at the start: a trial then ends
+/// at once.
 ///
 /// # Errors
 /// [`Unfit`], whichever comes first.

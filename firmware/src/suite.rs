@@ -1,7 +1,9 @@
-//! The self-test: does this processor compute the same forces, bit for bit, as the host, and in how many instructions?
+//! The self-test: does this processor compute the same forces, bit for bit, as the host, and in how
+//! many instructions?
 //!
-//! It knows no board. It is handed what a [`Board`] has, writes lines of text that people and programs can read
-//! (`docs/notebook/emulation.md` lists them), and says whether every check passed.
+//! It knows no board. It is handed what a [`Board`] has, writes lines of text that people and
+//! programs can read (`docs/notebook/emulation.md` lists them), and says whether every check
+//! passed.
 
 use crate::clock::Clock;
 use crate::store::{Slot, SlotName};
@@ -20,7 +22,8 @@ pub type Counter = fn() -> u32;
 /// The seed of the random points; part of every digest line, so that the host draws the same ones.
 pub const SEED: u64 = 20_070_099;
 
-/// The digest of the reference model over the corner points and [`KNOWN_POINTS`] random ones, as an x86-64 computed it.
+/// The digest of the reference model over the corner points and [`KNOWN_POINTS`] random ones, as an
+/// x86-64 computed it.
 ///
 /// It lets a device fail the test with nobody there to compare; a test on the host pins it.
 pub const KNOWN_DIGEST: u64 = 0xe526_1779_e239_9e0c;
@@ -49,7 +52,8 @@ pub struct Board<'a> {
 pub struct Arguments {
     /// Random points per digest: `points=N`.
     pub points: u32,
-    /// Inputs over which instructions are counted, 0 for no count: `count=N`. Needs QEMU's `-icount`.
+    /// Inputs over which instructions are counted, 0 for no count: `count=N`. Needs QEMU's
+    /// `-icount`.
     pub count: u32,
 }
 
@@ -57,7 +61,8 @@ impl Arguments {
     /// Reads a command line: the program's name, then any of `points=N` and `count=N`.
     ///
     /// # Errors
-    /// The first word that is neither: a run that does something else than it was asked to must not pass.
+    /// The first word that is neither: a run that does something else than it was asked to must not
+    /// pass.
     pub fn parse(line: &str) -> Result<Self, &str> {
         let mut arguments = Self {
             points: 10_000,
@@ -132,9 +137,11 @@ fn finish(errors: u32, text: &mut impl Write) -> Result<bool, fmt::Error> {
     Ok(passed)
 }
 
-/// The blob decoder on this processor: takes a good blob, refuses damaged ones. Gives the number of errors.
+/// The blob decoder on this processor: takes a good blob, refuses damaged ones. Gives the number of
+/// errors.
 ///
-/// Not inlined: its buffers would stand in the caller's stack frame even on a chip that never gets here.
+/// Not inlined: its buffers would stand in the caller's stack frame even on a chip that never gets
+/// here.
 #[inline(never)]
 fn decoder(text: &mut impl Write) -> Result<u32, fmt::Error> {
     let mut errors = 0;
@@ -162,7 +169,8 @@ fn decoder(text: &mut impl Write) -> Result<u32, fmt::Error> {
     Ok(errors)
 }
 
-/// What one slot holds, and its model's figures. Gives the number of errors. Not inlined, as [`decoder`].
+/// What one slot holds, and its model's figures. Gives the number of errors. Not inlined, as
+/// [`decoder`].
 #[inline(never)]
 fn slot<K: Kernels>(
     place: SlotName,
@@ -236,7 +244,8 @@ fn model<K: Kernels>(
     Ok(1)
 }
 
-/// The fewest and the most instructions that one evaluation took, over the corner points first and then random ones.
+/// The fewest and the most instructions that one evaluation took, over the corner points first and
+/// then random ones.
 fn instructions<K: Kernels>(model: &Model, counter: Counter, inputs: u32) -> (u32, u32) {
     let overhead = span(counter, || ());
     let mut points = Points::new(SEED);
@@ -258,14 +267,15 @@ fn instructions<K: Kernels>(model: &Model, counter: Counter, inputs: u32) -> (u3
     (least, most)
 }
 
-/// Samples of the chain over which instructions are counted: several blocks of the monitor after the filters are full.
+/// Samples of the chain over which instructions are counted: several blocks of the monitor after
+/// the filters are full.
 const SAMPLES_COUNTED: u32 = 1000;
 /// Samples before the count begins.
 const SAMPLES_TO_FILL: u32 = 400;
 
-/// The fewest and the most instructions that one sample took from counts to verdict, and the most where a block of the monitor ends; none
-/// when the model does not fit the rig of the fixed motion, with lines of the mains in both forces where that is `humming`. Not inlined,
-/// as [`decoder`].
+/// The fewest and the most instructions that one sample took from counts to verdict, and the most
+/// where a block of the monitor ends; none when the model does not fit the rig of the fixed motion,
+/// with lines of the mains in both forces where that is `humming`. Not inlined, as [`decoder`].
 #[inline(never)]
 fn instructions_per_sample<K: Kernels>(
     model: &Model,
@@ -294,7 +304,8 @@ fn instructions_per_sample<K: Kernels>(
     Some((least, most, ending))
 }
 
-/// What the counter counts from before `work` to after it. Not inlined, so that every use has the same overhead.
+/// What the counter counts from before `work` to after it. Not inlined, so that every use has the
+/// same overhead.
 #[inline(never)]
 fn span(counter: Counter, work: impl FnOnce()) -> u32 {
     let start = counter();

@@ -1,6 +1,8 @@
-//! How fast a polynomial fit is: 30,000 rows × 256 terms × 2 outputs against a dense least-squares solve, streaming, and prediction.
+//! How fast a polynomial fit is: 30,000 rows × 256 terms × 2 outputs against a dense least-squares
+//! solve, streaming, and prediction.
 //!
-//! `cargo bench -p jointwatch --bench fit`. Everything but the default fit's cross-validation runs in one thread on both sides.
+//! `cargo bench -p jointwatch --bench fit`. Everything but the default fit's cross-validation runs
+//! in one thread on both sides.
 
 use criterion::{Criterion, Throughput};
 use faer::linalg::solvers::SolveLstsq;

@@ -1,6 +1,8 @@
-//! How much memory a fit of ten million rows takes: they are generated and summed some thousand at a time.
+//! How much memory a fit of ten million rows takes: they are generated and summed some thousand at
+//! a time.
 //!
-//! `cargo bench -p jointwatch --bench memory` prints the rows per second and, on Linux, the peak resident memory.
+//! `cargo bench -p jointwatch --bench memory` prints the rows per second and, on Linux, the peak
+//! resident memory.
 
 use jointwatch::fit::least_squares::normal_equations;
 use jointwatch::fit::moments::{Moments, Summation};

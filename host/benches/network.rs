@@ -1,8 +1,10 @@
-//! What a network gains over the polynomial and what that costs: validation errors, training times and prediction, in one run.
+//! What a network gains over the polynomial and what that costs: validation errors, training times
+//! and prediction, in one run.
 //!
-//! `cargo bench -p jointwatch --bench network` prints the tables of docs/explanation/fits.md. Five data seeds of the default rig, logs with encoder
-//! counts, without and with sensor noise, through the same filters as a user's; NMSE in percent on the validation
-//! record in the common band. Every training runs in one thread; times are CPU seconds of it.
+//! `cargo bench -p jointwatch --bench network` prints the tables of docs/explanation/fits.md. Five
+//! data seeds of the default rig, logs with encoder counts, without and with sensor noise, through
+//! the same filters as a user's; NMSE in percent on the validation record in the common band. Every
+//! training runs in one thread; times are CPU seconds of it.
 
 use cpu_time::ThreadTime;
 use faer::Par;
@@ -80,7 +82,8 @@ struct Outcome {
     network: [f64; 2],
     /// CPU seconds per restart.
     cpu_s: Vec<f64>,
-    /// Per restart: CPU seconds to an error 16 times below the plain polynomial's on both axes; infinite if never.
+    /// Per restart: CPU seconds to an error 16 times below the plain polynomial's on both axes;
+    /// infinite if never.
     sixteenth_s: Vec<f64>,
     /// From rows to the 256 coefficients per axis, s.
     polynomial_s: f64,

@@ -1,4 +1,5 @@
-//! Learns a physical model from a study, prints its errors and writes it: `cargo run --release --example identify -- study.toml model.json`
+//! Learns a physical model from a study, prints its errors and writes it: `cargo run --release
+//! --example identify -- study.toml model.json`
 
 use jointwatch::{Kind, Result, Study};
 use std::path::Path;

@@ -1,4 +1,5 @@
-//! Learn a joint's restoring force from rig logs, compare it with measurements, name the physical effect it lacks, export it.
+//! Learn a joint's restoring force from rig logs, compare it with measurements, name the physical
+//! effect it lacks, export it.
 //!
 //! From a folder with a `study.toml` and its logs to a named effect:
 //!

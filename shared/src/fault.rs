@@ -1,8 +1,10 @@
-//! Why a block of bytes or a set of numbers is refused: which quantity, what was seen, what was wanted.
+//! Why a block of bytes or a set of numbers is refused: which quantity, what was seen, what was
+//! wanted.
 
 use core::fmt;
 
-/// Why the shared code refuses a model, a rig or a blob. `Display` writes one sentence without a full stop.
+/// Why the shared code refuses a model, a rig or a blob. `Display` writes one sentence without a
+/// full stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
@@ -17,7 +19,8 @@ pub enum Error {
         /// The largest value allowed.
         most: f64,
     },
-    /// An axis's name is empty, longer than 16 bytes, not UTF-8, holds a control character, or is used twice.
+    /// An axis's name is empty, longer than 16 bytes, not UTF-8, holds a control character, or is
+    /// used twice.
     Name {
         /// The axis, from 0.
         axis: u8,
@@ -33,8 +36,8 @@ pub enum Error {
         /// (m+1)(n+1)(o+1)(p+1) for the orders m, n, o, p.
         wanted: usize,
     },
-    /// A coefficient cannot be held: not a number, too large or too small for the force unit to be a normal `f64`,
-    /// or, in a blob, outside the orders or the axes that the blob states.
+    /// A coefficient cannot be held: not a number, too large or too small for the force unit to be
+    /// a normal `f64`, or, in a blob, outside the orders or the axes that the blob states.
     Coefficient {
         /// The axis, from 0.
         axis: u8,
@@ -62,7 +65,8 @@ pub enum Error {
         axis: u8,
         /// Which sum, in words.
         sum: &'static str,
-        /// The exponents of x and ẋ of the block in which it happens (0, 0 for sums over all blocks).
+        /// The exponents of x and ẋ of the block in which it happens (0, 0 for sums over all
+        /// blocks).
         block: [u8; 2],
     },
     /// An effect of a model cannot be what it is stated to be.
@@ -81,13 +85,15 @@ pub enum Error {
         /// How many are wanted.
         wanted: usize,
     },
-    /// A number of a network cannot be held: not a number, too large, or, in a blob, of an axis that is not there.
+    /// A number of a network cannot be held: not a number, too large, or, in a blob, of an axis
+    /// that is not there.
     Weight {
         /// Which number of the neuron, in words.
         place: &'static str,
         /// The neuron, from 0.
         neuron: u8,
-        /// The value seen: without unit, or in N or N·m for an output weight (in a blob: the stored integer).
+        /// The value seen: without unit, or in N or N·m for an output weight (in a blob: the
+        /// stored integer).
         seen: f64,
     },
     /// The fixed-point network would be further from its `f64` original than the caller allows.
@@ -114,7 +120,8 @@ pub enum Error {
         /// The neuron or the axis, from 0.
         number: u8,
     },
-    /// The effects in fixed point would be further from their `f64` originals than the caller allows.
+    /// The effects in fixed point would be further from their `f64` originals than the caller
+    /// allows.
     EffectBudget {
         /// The axis, from 0.
         axis: u8,
@@ -166,7 +173,8 @@ pub enum Error {
 }
 
 impl Error {
-    /// `Ok` when `seen` lies between `least` and `most` (a NaN never does), else [`Error::OutOfRange`].
+    /// `Ok` when `seen` lies between `least` and `most` (a NaN never does), else
+    /// [`Error::OutOfRange`].
     pub(crate) fn unless_within(
         quantity: &'static str,
         seen: f64,
@@ -215,7 +223,8 @@ impl Checks {
         }
     }
 
-    /// A whole number of up to 53 bits from `least` to `most`; what is beyond counts as more than `most`.
+    /// A whole number of up to 53 bits from `least` to `most`; what is beyond counts as more than
+    /// `most`.
     pub(crate) fn long(&mut self, quantity: &'static str, seen: u64, least: u64, most: u64) {
         if seen < least || seen > most {
             self.say(Error::OutOfRange {

@@ -1,10 +1,10 @@
 //! What Jointwatch's host and device must agree on, to the bit.
 //!
-//! `no_std`, no heap, no `unsafe`. The host learns a model in `f64`; what is in here evaluates it in integers, on
-//! the host to predict the device and on the device itself, with the same bits.
+//! `no_std`, no heap, no `unsafe`. The host learns a model in `f64`; what is in here evaluates it
+//! in integers, on the host to predict the device and on the device itself, with the same bits.
 //!
-//! A firmware decodes the model and the rig at start, makes the chain's integers from both, and then hands it one sample of raw counts
-//! after the other:
+//! A firmware decodes the model and the rig at start, makes the chain's integers from both, and
+//! then hands it one sample of raw counts after the other:
 //!
 //! ```
 //! use jointwatch_shared::chain::{Chain, ChainState, RawAxis};

@@ -5,9 +5,9 @@ use core::fmt;
 
 /// A parameter's dimension as exponents of the joint's own quantities.
 ///
-/// `force`, `displacement` and `velocity` are those of the axis that the effect is bound to; the `other` ones belong to
-/// the joint's second axis. Velocity stands for itself, so that a parameter's scale follows the range of the velocity
-/// and not that of the displacement.
+/// `force`, `displacement` and `velocity` are those of the axis that the effect is bound to; the
+/// `other` ones belong to the joint's second axis. Velocity stands for itself, so that a
+/// parameter's scale follows the range of the velocity and not that of the displacement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Dimension {
     /// Exponent of force: N or N·m.
@@ -129,7 +129,8 @@ impl Dimension {
         }
     }
 
-    /// The size of the unit in which a quantity of this dimension is a machine number, in SI: ∏ reference^exponent.
+    /// The size of the unit in which a quantity of this dimension is a machine number, in SI: ∏
+    /// reference^exponent.
     pub fn scale(self, references: &References) -> f64 {
         let [force, other_force] = references.force;
         let [displacement, other_displacement] = references.displacement;
@@ -190,8 +191,8 @@ impl Dimension {
     }
 }
 
-/// A unit as exponents of N, m, rad and s; prints as `N·s/(m·rad)`, an inertia as `kg` or `kg·m²`, a
-/// frequency as `Hz`.
+/// A unit as exponents of N, m, rad and s; prints as `N·s/(m·rad)`, an inertia as `kg` or `kg·m²`,
+/// a frequency as `Hz`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unit {
     newton: i8,

@@ -1,4 +1,5 @@
-//! Every effect of the table, without being named: its numbers, its derivative, its units, its device arithmetic.
+//! Every effect of the table, without being named: its numbers, its derivative, its units, its
+//! device arithmetic.
 
 #[path = "effects/derivative.rs"]
 mod derivative;
@@ -18,14 +19,16 @@ use jointwatch_shared::units::{Dimension, References};
 use jointwatch_shared::wire::blob;
 use proptest::prelude::*;
 
-/// What the parameters are relative to in these tests: no two alike, so that an exponent in the wrong place shows.
+/// What the parameters are relative to in these tests: no two alike, so that an exponent in the
+/// wrong place shows.
 const SCALES: References = References {
     force: [40.0, 0.6],
     displacement: [2e-3, 0.05],
     velocity: [0.3, 9.0],
     time: 0.8,
 };
-/// The sample period in units of time: shapes that are times are relative to about a second, not to a sample.
+/// The sample period in units of time: shapes that are times are relative to about a second, not to
+/// a sample.
 const PERIOD: f64 = 1e-3;
 
 /// A motion of both axes in units of [`SCALES`], from a few random numbers.
@@ -58,7 +61,8 @@ fn parameters(entry: &Entry, seed: &[f64; MAX_PARAMETERS]) -> Vec<f64> {
         .collect()
 }
 
-/// Readings of the instruments in the given scales: mixtures of the random motion that resemble none of its states.
+/// Readings of the instruments in the given scales: mixtures of the random motion that resemble
+/// none of its states.
 fn readings<S: Scalar>(
     row: usize,
     [x, v, phi, omega]: [f64; 4],

@@ -1,4 +1,5 @@
-//! The emulated chips behind the bus that the firmware's drivers talk over, without a processor between them.
+//! The emulated chips behind the bus that the firmware's drivers talk over, without a processor
+//! between them.
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use jointwatch::emulate::board::{Board, BoardChip};

@@ -1,4 +1,5 @@
-//! Fits of a physical model to simulated rigs whose parameters are known: how far off, and how often inside the interval.
+//! Fits of a physical model to simulated rigs whose parameters are known: how far off, and how
+//! often inside the interval.
 
 use jointwatch::fit::identify;
 use jointwatch::simulate::{RigParameters, SimulationOptions, simulate};
@@ -50,8 +51,9 @@ fn truth(rig: &RigParameters) -> Vec<f64> {
 }
 
 impl Coverage {
-    /// Simulates the rigs of these seeds (all parameters drawn anew; seed 0 is the default rig), learns a physical model
-    /// from each with the right base terms, and holds it against the truth.
+    /// Simulates the rigs of these seeds (all parameters drawn anew; seed 0 is the default rig),
+    /// learns a physical model from each with the right base terms, and holds it against the
+    /// truth.
     ///
     /// # Errors
     /// The sentence of a fit that failed, or a parameter without interval.

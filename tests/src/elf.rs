@@ -1,4 +1,5 @@
-//! Looks into a firmware image: which functions it holds, where they lie, and the same image with a few bytes changed.
+//! Looks into a firmware image: which functions it holds, where they lie, and the same image with a
+//! few bytes changed.
 
 use object::{Object, ObjectSection, ObjectSegment, ObjectSymbol};
 use std::collections::{BTreeMap, BTreeSet};
@@ -56,7 +57,8 @@ impl Image {
 }
 
 impl Image {
-    /// For every function, the functions that it calls or jumps to by name; calls through a pointer are not seen.
+    /// For every function, the functions that it calls or jumps to by name; calls through a pointer
+    /// are not seen.
     ///
     /// # Panics
     /// When the image has no code.
@@ -106,7 +108,8 @@ impl Image {
     }
 }
 
-/// Where a BL or a B.W at `here` goes (ARMv7-M Architecture Reference Manual, A7.7.12 and A7.7.18, encodings T4 and T1).
+/// Where a BL or a B.W at `here` goes (ARMv7-M Architecture Reference Manual, A7.7.12 and A7.7.18,
+/// encodings T4 and T1).
 fn branch(first: u16, second: u16, here: u64) -> Option<u64> {
     let (first, second) = (u32::from(first), u32::from(second));
     if first & 0xF800 != 0xF000 || !matches!(second & 0xD000, 0xD000 | 0x9000) {
@@ -140,8 +143,8 @@ pub fn readable(name: &str) -> String {
     }
 }
 
-/// What a function's name contains when it leads to a panic: the formatter and the handler every panic goes through,
-/// and the cold functions that slices, options and arithmetic call first.
+/// What a function's name contains when it leads to a panic: the formatter and the handler every
+/// panic goes through, and the cold functions that slices, options and arithmetic call first.
 const LEADS_TO_PANIC: [&str; 10] = [
     "panicking",
     "panic_fmt",

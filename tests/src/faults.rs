@@ -1,4 +1,5 @@
-//! Faults that some test has to notice: `tests/faults.toml` lists them, and each is tried in a copy of the crates.
+//! Faults that some test has to notice: `tests/faults.toml` lists them, and each is tried in a copy
+//! of the crates.
 
 use crate::program::workspace;
 use std::fs;
@@ -35,7 +36,8 @@ pub enum Outcome {
     Stale(String),
 }
 
-/// The tests that have to notice a fault, by the beginning of the path of the file that has it, the longest that fits: fast ones.
+/// The tests that have to notice a fault, by the beginning of the path of the file that has it, the
+/// longest that fits: fast ones.
 const TESTS: [(&str, &[&str]); 6] = [
     (
         "firmware",

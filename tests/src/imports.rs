@@ -1,4 +1,5 @@
-//! Which file of a crate imports from which: read from the source, so that layers and cycles can be tested.
+//! Which file of a crate imports from which: read from the source, so that layers and cycles can be
+//! tested.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -233,7 +234,8 @@ fn with(module: &[String], name: &str) -> Vec<String> {
     path
 }
 
-/// `fit/network/mod.rs` is `fit::network`, `fit/ridge.rs` is `fit::polynomial::ridge`, `lib.rs` the root.
+/// `fit/network/mod.rs` is `fit::network`, `fit/ridge.rs` is `fit::polynomial::ridge`, `lib.rs` the
+/// root.
 fn module_path(file: &Path) -> Vec<String> {
     let mut path: Vec<String> = file
         .with_extension("")

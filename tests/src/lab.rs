@@ -1,4 +1,5 @@
-//! The lab as a process, and requests to it byte by byte, so that a test can send what no browser would.
+//! The lab as a process, and requests to it byte by byte, so that a test can send what no browser
+//! would.
 
 use crate::program::jointwatch;
 use serde_json::{Value, json};
@@ -76,7 +77,8 @@ impl Lab {
         }
     }
 
-    /// Sends bytes and gives what comes back until the lab closes, as code and body; code 0 when it only closed.
+    /// Sends bytes and gives what comes back until the lab closes, as code and body; code 0 when it
+    /// only closed.
     ///
     /// # Panics
     /// When the lab takes no connection or keeps silent for half a minute.
@@ -102,7 +104,8 @@ impl Lab {
         )
     }
 
-    /// A request as the page makes it, with other headers in place of the usual ones where `headers` names them.
+    /// A request as the page makes it, with other headers in place of the usual ones where
+    /// `headers` names them.
     pub fn request(
         &self,
         method: &str,

@@ -1,4 +1,5 @@
-//! Runs the image that is flashed under QEMU and reads its defmt log out of the emulated RAM, as a debug probe would.
+//! Runs the image that is flashed under QEMU and reads its defmt log out of the emulated RAM, as a
+//! debug probe would.
 
 use crate::elf::Image;
 use defmt_decoder::Table;
@@ -25,7 +26,8 @@ impl Drop for Running {
     }
 }
 
-/// Boots the image `elf` with `blob` in slot A and gives its log, one line per message with its level, up to `last`.
+/// Boots the image `elf` with `blob` in slot A and gives its log, one line per message with its
+/// level, up to `last`.
 ///
 /// # Panics
 /// When QEMU is missing, or when the message `last` does not come within a minute.
@@ -91,7 +93,8 @@ fn ring(image: &Image, ram: &[u8]) -> Vec<u8> {
     if !ram[at..].starts_with(b"SEGGER RTT\0") {
         return Vec::new();
     }
-    // UM08001: identification, counts of channels, then per channel name, buffer, size, write and read position.
+    // UM08001: identification, counts of channels, then per channel name, buffer, size, write and
+    // read position.
     assert_eq!((word(16), word(20)), (1, 0), "one channel up, none down");
     let (start, length, write) = (u64::from(word(28)) - RAM, word(32), word(36));
     assert!(write < length, "the write position lies within the ring");

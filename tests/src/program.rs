@@ -8,8 +8,9 @@ use tempfile::TempDir;
 
 /// The program's file, built in release through the cargo that runs the tests.
 ///
-/// It is built as `cargo test --workspace` builds it, for a test of its own package: another choice of packages would have
-/// other features in the dependencies, and everything would be built once more.
+/// It is built as `cargo test --workspace` builds it, for a test of its own package: another choice
+/// of packages would have other features in the dependencies, and everything would be built once
+/// more.
 ///
 /// # Panics
 /// When it does not build: no test of it can then mean anything.
@@ -74,7 +75,8 @@ pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).expect("text is UTF-8")
 }
 
-/// Runs it, expects this exit code, one sentence on standard error and nothing on standard output; gives the sentence.
+/// Runs it, expects this exit code, one sentence on standard error and nothing on standard output;
+/// gives the sentence.
 ///
 /// # Panics
 /// When anything else happens.
@@ -104,7 +106,8 @@ pub fn study_with_logs(data: &Path, logs: &[&str], study: &str) -> TempDir {
     folder
 }
 
-/// The measurements and studies that lie beside the project on some machines; says so and gives nothing where not.
+/// The measurements and studies that lie beside the project on some machines; says so and gives
+/// nothing where not.
 pub fn measurements(folder: &str) -> Option<PathBuf> {
     let beside = std::env::var_os("JOINTWATCH_DATA")
         .map_or_else(|| workspace().join("../shared"), PathBuf::from);

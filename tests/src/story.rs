@@ -1,4 +1,5 @@
-//! A study that the program simulated, learnt from and exported, for the tests that only want to look at one.
+//! A study that the program simulated, learnt from and exported, for the tests that only want to
+//! look at one.
 
 use crate::monitor::watched::{RATE_HZ, STUDY_LEVEL};
 use crate::program::succeed;
@@ -37,7 +38,8 @@ pub fn story() -> &'static Path {
     folder.path()
 }
 
-/// Writes the study of the watched rig of a seed into `rig/`, with its physical model, blob and rig block with limits beside.
+/// Writes the study of the watched rig of a seed into `rig/`, with its physical model, blob and rig
+/// block with limits beside.
 ///
 /// # Panics
 /// When any of it fails.

@@ -33,7 +33,8 @@
 // residual_band holds a value, which comes at every so many samples.
 #define JW_FLAG_BAND (1 << 17)
 
-// State i is outside the training range: JW_FLAG_OUTSIDE << i; the input of axis a: JW_FLAG_OUTSIDE << (4 + a).
+// State i is outside the training range: JW_FLAG_OUTSIDE << i; the input of axis a:
+// JW_FLAG_OUTSIDE << (4 + a).
 #define JW_FLAG_OUTSIDE 1
 
 // A force of axis a is at the rail of its 32 bits: JW_FLAG_RAIL << a.
@@ -172,8 +173,8 @@ typedef struct {
   jw_axis_counts axis[2];
 } jw_counts;
 
-// What went wrong with the sensors at one instant. Bit 6*axis + channel of a word stands for one channel: far counter, near
-// counter, body counter, accelerometer, force, input.
+// What went wrong with the sensors at one instant. Bit 6*axis + channel of a word stands for one
+// channel: far counter, near counter, body counter, accelerometer, force, input.
 typedef struct {
   // The converter stood at a rail of its code.
   uint16_t saturated;
@@ -191,7 +192,8 @@ typedef struct {
   uint32_t lost;
 } jw_faults;
 
-// What the chain says of the instant jw_chain_delay samples ago. Forces are in counts of jw_model_force_unit.
+// What the chain says of the instant jw_chain_delay samples ago. Forces are in counts of
+// jw_model_force_unit.
 typedef struct {
   // Normalised states [x, v, phi, omega] in Q31.
   int32_t state[4];
@@ -215,9 +217,11 @@ typedef struct {
   uint8_t cause;
   // The axis that it is about, from 0.
   uint8_t axis;
-  // The channel of that axis, when a sensor is meant, as in jw_faults. Of a change of the joint how it came: 1 suddenly, 2 slowly.
+  // The channel of that axis, when a sensor is meant, as in jw_faults. Of a change of the joint
+  // how it came: 1 suddenly, 2 slowly.
   uint8_t channel;
-  // How far it is, in 1/1000 of the threshold for a change of the joint, of the time for everything else.
+  // How far it is, in 1/1000 of the threshold for a change of the joint, of the time for
+  // everything else.
   uint16_t permille;
 } jw_verdict;
 
@@ -244,16 +248,12 @@ const char *jw_state_name(uint8_t state);
 // The words of a jw_cause, "unknown" for any other number.
 const char *jw_cause_name(uint8_t cause);
 
-// Makes a model in `room`, which has `room_size` bytes, from the `length` bytes of `jointwatch export`. The bytes are not needed
-// afterwards.
+// Makes a model in `room`, which has `room_size` bytes, from the `length` bytes of `jointwatch
+// export`. The bytes are not needed afterwards.
 //
 // # Safety
 // The pointers are to as much memory as this says, which nothing else uses meanwhile.
-jw_error jw_model_load(const uint8_t *bytes,
-                       size_t length,
-                       void *room,
-                       size_t room_size,
-                       jw_model **model);
+jw_error jw_model_load(const uint8_t *bytes, size_t length, void *room, size_t room_size, jw_model **model);
 
 // How many axes a model has, 1 or 2.
 //
@@ -267,8 +267,9 @@ jw_error jw_model_axes(const jw_model *model, uint32_t *axes);
 // The pointers are to a model and to room for the result.
 jw_error jw_model_force_unit(const jw_model *model, uint32_t axis, double *unit);
 
-// Makes the chain of a rig block and a model in `room`, which has `room_size` bytes. The model has to stay where it is as long as the
-// chain is in use; the bytes of the rig block are not needed afterwards.
+// Makes the chain of a rig block and a model in `room`, which has `room_size` bytes. The model has
+// to stay where it is as long as the chain is in use; the bytes of the rig block are not needed
+// afterwards.
 //
 // # Safety
 // The pointers are to as much memory as this says, which nothing else uses meanwhile.
@@ -291,26 +292,22 @@ jw_error jw_chain_delay(const jw_chain *chain, uint32_t *samples);
 // The pointers are to a chain and to room for the result.
 jw_error jw_chain_sample_rate(const jw_chain *chain, double *hz);
 
-// Takes one sample in: counts, and what was wrong with the sensors (null: nothing). `output` has JW_FLAG_VALID as soon as the filters are
-// full. Integers only.
+// Takes one sample in: counts, and what was wrong with the sensors (null: nothing). `output` has
+// JW_FLAG_VALID as soon as the filters are full. Integers only.
 //
 // # Safety
 // The pointers are to what their types say, which nothing else uses meanwhile.
-jw_error jw_chain_step(jw_chain *chain,
-                       const jw_counts *counts,
-                       const jw_faults *wrong,
-                       jw_output *output);
+jw_error jw_chain_step(jw_chain *chain, const jw_counts *counts, const jw_faults *wrong, jw_output *output);
 
-// Makes the monitor of a chain in `room`, which has `room_size` bytes, with the limits of the chain's rig block.
+// Makes the monitor of a chain in `room`, which has `room_size` bytes, with the limits of the
+// chain's rig block.
 //
 // # Safety
 // The pointers are to as much memory as this says, which nothing else uses meanwhile.
-jw_error jw_monitor_new(const jw_chain *chain,
-                        void *room,
-                        size_t room_size,
-                        jw_monitor **monitor);
+jw_error jw_monitor_new(const jw_chain *chain, void *room, size_t room_size, jw_monitor **monitor);
 
-// Takes one sample in: counts, what the chain made of them, and what was wrong with the sensors (null: nothing). Integers only.
+// Takes one sample in: counts, what the chain made of them, and what was wrong with the sensors
+// (null: nothing). Integers only.
 //
 // # Safety
 // The pointers are to what their types say, which nothing else uses meanwhile.
@@ -332,15 +329,12 @@ jw_error jw_monitor_verdict(const jw_monitor *monitor, jw_verdict *verdict);
 // The pointers are to a monitor and to room for the result.
 jw_error jw_monitor_health(const jw_monitor *monitor, uint32_t axis, jw_health *health);
 
-// The NMSE of an axis in 1/1000 %, over the last 16 blocks or so (`slow` 0) or 1024 (`slow` 1). Has a long division: not for every
-// sample. JW_NOTHING while the force does not vary.
+// The NMSE of an axis in 1/1000 %, over the last 16 blocks or so (`slow` 0) or 1024 (`slow` 1).
+// Has a long division: not for every sample. JW_NOTHING while the force does not vary.
 //
 // # Safety
 // The pointers are to a monitor and to room for the result.
-jw_error jw_monitor_nmse(const jw_monitor *monitor,
-                         uint32_t axis,
-                         uint32_t slow,
-                         uint32_t *nmse);
+jw_error jw_monitor_nmse(const jw_monitor *monitor, uint32_t axis, uint32_t slow, uint32_t *nmse);
 
 #ifdef __cplusplus
 }  // extern "C"

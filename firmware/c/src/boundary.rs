@@ -1,7 +1,8 @@
 //! The C boundary: the functions that C calls, and the only `unsafe` code of the library.
 //!
-//! A pointer is looked at for null and for its alignment before it is used; an object also for the word that it begins with. That it
-//! points to as much memory as the header says, which nothing else writes meanwhile, is for the caller to keep.
+//! A pointer is looked at for null and for its alignment before it is used; an object also for the
+//! word that it begins with. That it points to as much memory as the header says, which nothing
+//! else writes meanwhile, is for the caller to keep.
 #![deny(unsafe_op_in_unsafe_fn)]
 
 use crate::error::jw_error::{self, *};
@@ -78,7 +79,8 @@ unsafe fn block<'a>(at: *const u8, length: usize) -> Result<&'a [u8; JW_BLOB_LEN
 /// Whether a pointer is to an object of this kind.
 ///
 /// # Safety
-/// A pointer that is neither null nor misaligned is to a buffer of `T::SIZE` bytes that were written once.
+/// A pointer that is neither null nor misaligned is to a buffer of `T::SIZE` bytes that were
+/// written once.
 #[inline(always)]
 unsafe fn known<T: Object>(at: *const T) -> Result<(), jw_error> {
     usable(at)?;
@@ -120,7 +122,8 @@ unsafe fn object_mut<'a, T: Object>(at: *mut T) -> Result<&'a mut T, jw_error> {
 /// Makes an object in a buffer and hands its place out; hands out null when that fails.
 ///
 /// # Safety
-/// Pointers that are neither null nor misaligned are to `size` bytes that nothing else uses, and to room for a pointer.
+/// Pointers that are neither null nor misaligned are to `size` bytes that nothing else uses, and to
+/// room for a pointer.
 unsafe fn make<T: Object>(
     room: *mut c_void,
     size: usize,
@@ -138,7 +141,8 @@ unsafe fn make<T: Object>(
     if size < T::SIZE {
         return Err(JW_TOO_SMALL);
     }
-    // SAFETY: it is aligned and has room for a `T`, which a constant assertion holds under `T::SIZE`.
+    // SAFETY: it is aligned and has room for a `T`, which a constant assertion holds under
+    // `T::SIZE`.
     let room = unsafe { &mut *room.cast::<MaybeUninit<T>>() };
     let object = room.write(made()?);
     // SAFETY: as above.
@@ -191,8 +195,8 @@ pub extern "C" fn jw_cause_name(cause: u8) -> *const c_char {
     cause_name(cause).as_ptr().cast()
 }
 
-/// Makes a model in `room`, which has `room_size` bytes, from the `length` bytes of `jointwatch export`. The bytes are not needed
-/// afterwards.
+/// Makes a model in `room`, which has `room_size` bytes, from the `length` bytes of `jointwatch
+/// export`. The bytes are not needed afterwards.
 ///
 /// # Safety
 /// The pointers are to as much memory as this says, which nothing else uses meanwhile.
@@ -241,8 +245,9 @@ pub unsafe extern "C" fn jw_model_force_unit(
     })
 }
 
-/// Makes the chain of a rig block and a model in `room`, which has `room_size` bytes. The model has to stay where it is as long as the
-/// chain is in use; the bytes of the rig block are not needed afterwards.
+/// Makes the chain of a rig block and a model in `room`, which has `room_size` bytes. The model has
+/// to stay where it is as long as the chain is in use; the bytes of the rig block are not needed
+/// afterwards.
 ///
 /// # Safety
 /// The pointers are to as much memory as this says, which nothing else uses meanwhile.
@@ -283,8 +288,8 @@ pub unsafe extern "C" fn jw_chain_sample_rate(chain: *const jw_chain, hz: *mut f
     code(unsafe { object(chain).and_then(|chain| hand(hz, chain.sample_rate_hz)) })
 }
 
-/// Takes one sample in: counts, and what was wrong with the sensors (null: nothing). `output` has JW_FLAG_VALID as soon as the filters are
-/// full. Integers only.
+/// Takes one sample in: counts, and what was wrong with the sensors (null: nothing). `output` has
+/// JW_FLAG_VALID as soon as the filters are full. Integers only.
 ///
 /// # Safety
 /// The pointers are to what their types say, which nothing else uses meanwhile.
@@ -307,7 +312,8 @@ pub unsafe extern "C" fn jw_chain_step(
     })
 }
 
-/// Makes the monitor of a chain in `room`, which has `room_size` bytes, with the limits of the chain's rig block.
+/// Makes the monitor of a chain in `room`, which has `room_size` bytes, with the limits of the
+/// chain's rig block.
 ///
 /// # Safety
 /// The pointers are to as much memory as this says, which nothing else uses meanwhile.
@@ -322,7 +328,8 @@ pub unsafe extern "C" fn jw_monitor_new(
     code(unsafe { make(room, room_size, monitor, || jw_monitor::new(object(chain)?)) })
 }
 
-/// Takes one sample in: counts, what the chain made of them, and what was wrong with the sensors (null: nothing). Integers only.
+/// Takes one sample in: counts, what the chain made of them, and what was wrong with the sensors
+/// (null: nothing). Integers only.
 ///
 /// # Safety
 /// The pointers are to what their types say, which nothing else uses meanwhile.
@@ -383,8 +390,8 @@ pub unsafe extern "C" fn jw_monitor_health(
     })
 }
 
-/// The NMSE of an axis in 1/1000 %, over the last 16 blocks or so (`slow` 0) or 1024 (`slow` 1). Has a long division: not for every
-/// sample. JW_NOTHING while the force does not vary.
+/// The NMSE of an axis in 1/1000 %, over the last 16 blocks or so (`slow` 0) or 1024 (`slow` 1).
+/// Has a long division: not for every sample. JW_NOTHING while the force does not vary.
 ///
 /// # Safety
 /// The pointers are to a monitor and to room for the result.

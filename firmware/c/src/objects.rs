@@ -31,8 +31,8 @@ macro_rules! object {
     };
 }
 
-// The word has to come first, so that looking for it stays within a smaller buffer. `repr(C)` is written so that cbindgen, which does not
-// expand it, leaves the objects opaque.
+// The word has to come first, so that looking for it stays within a smaller buffer. `repr(C)` is
+// written so that cbindgen, which does not expand it, leaves the objects opaque.
 
 /// A model, checked in every respect.
 #[cfg_attr(all(), repr(C))]
@@ -128,7 +128,8 @@ impl jw_monitor {
         })
     }
 
-    /// Takes one sample in: the counts, what the chain made of them, and what was wrong with the sensors.
+    /// Takes one sample in: the counts, what the chain made of them, and what was wrong with the
+    /// sensors.
     #[inline]
     pub(crate) fn step(
         &mut self,

@@ -19,7 +19,8 @@ pub const JW_MONITOR_SIZE: usize = 6144;
 pub const JW_FLAG_VALID: u32 = 1 << 16;
 /// residual_band holds a value, which comes at every so many samples.
 pub const JW_FLAG_BAND: u32 = 1 << 17;
-/// State i is outside the training range: JW_FLAG_OUTSIDE << i; the input of axis a: JW_FLAG_OUTSIDE << (4 + a).
+/// State i is outside the training range: JW_FLAG_OUTSIDE << i; the input of axis a:
+/// JW_FLAG_OUTSIDE << (4 + a).
 pub const JW_FLAG_OUTSIDE: u32 = 1;
 /// A force of axis a is at the rail of its 32 bits: JW_FLAG_RAIL << a.
 pub const JW_FLAG_RAIL: u32 = 1 << 8;
@@ -50,8 +51,8 @@ pub struct jw_counts {
     pub axis: [jw_axis_counts; 2],
 }
 
-/// What went wrong with the sensors at one instant. Bit 6*axis + channel of a word stands for one channel: far counter, near
-/// counter, body counter, accelerometer, force, input.
+/// What went wrong with the sensors at one instant. Bit 6*axis + channel of a word stands for one
+/// channel: far counter, near counter, body counter, accelerometer, force, input.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct jw_faults {
@@ -71,7 +72,8 @@ pub struct jw_faults {
     pub lost: u32,
 }
 
-/// What the chain says of the instant jw_chain_delay samples ago. Forces are in counts of jw_model_force_unit.
+/// What the chain says of the instant jw_chain_delay samples ago. Forces are in counts of
+/// jw_model_force_unit.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct jw_output {
@@ -99,9 +101,11 @@ pub struct jw_verdict {
     pub cause: u8,
     /// The axis that it is about, from 0.
     pub axis: u8,
-    /// The channel of that axis, when a sensor is meant, as in jw_faults. Of a change of the joint how it came: 1 suddenly, 2 slowly.
+    /// The channel of that axis, when a sensor is meant, as in jw_faults. Of a change of the joint
+    /// how it came: 1 suddenly, 2 slowly.
     pub channel: u8,
-    /// How far it is, in 1/1000 of the threshold for a change of the joint, of the time for everything else.
+    /// How far it is, in 1/1000 of the threshold for a change of the joint, of the time for
+    /// everything else.
     pub permille: u16,
 }
 
@@ -159,7 +163,8 @@ pub enum jw_cause {
     JW_REFERENCE_LOST = 54,
 }
 
-/// Holds that a struct of C has the fields of one of Rust at the same places, so that the boundary may hand it on without a copy.
+/// Holds that a struct of C has the fields of one of Rust at the same places, so that the boundary
+/// may hand it on without a copy.
 macro_rules! same_bytes {
     ($of_c:ty, $of_rust:ty, [$($field:ident),*]) => {
         const _: () = assert!(

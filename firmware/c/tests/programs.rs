@@ -1,5 +1,5 @@
-//! The C library: the bits of Rust from C and C++, on this computer and on emulated processors; every bad input with its error; and
-//! what a sample costs through the C boundary.
+//! The C library: the bits of Rust from C and C++, on this computer and on emulated processors;
+//! every bad input with its error; and what a sample costs through the C boundary.
 
 #[path = "../../../tests/src/elf.rs"]
 #[allow(
@@ -41,8 +41,8 @@ const STRICT: [&str; 6] = [
     "-Wconversion",
     "-Werror",
 ];
-/// What a sample may take more through the C boundary than in Rust, in percent: 3.4 were measured, for checks of pointers and for the
-/// output, which C and Rust lay out differently.
+/// What a sample may take more through the C boundary than in Rust, in percent: 3.4 were measured,
+/// for checks of pointers and for the output, which C and Rust lay out differently.
 const MAX_PERCENT: u64 = 4;
 /// What the C program may use of the stack, making its objects included.
 const MAX_STACK: u64 = 40 * 1024;
@@ -82,7 +82,8 @@ fn workspace() -> PathBuf {
     folder().join("../..")
 }
 
-/// Builds something for the device, or for this computer without a target, and gives the folder that it is in.
+/// Builds something for the device, or for this computer without a target, and gives the folder
+/// that it is in.
 fn build(what: &[&str], target: Option<&str>) -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
@@ -154,7 +155,8 @@ fn watched_digest(model: &Model, samples: u32) -> u64 {
     digest.value()
 }
 
-/// The words that the programs' arguments are: files of both models and their rigs, and the number of samples.
+/// The words that the programs' arguments are: files of both models and their rigs, and the number
+/// of samples.
 fn arguments(place: &Path) -> Vec<String> {
     let other = blob::encode(reference_network()).to_vec();
     let files = blocks(reference_model()).into_iter().chain([other]);
@@ -297,7 +299,8 @@ fn device_program(target: &str, processor: &[&str], place: &Path) -> PathBuf {
     program
 }
 
-/// What a program says under QEMU, instructions counted, with the blocks where `device.c` expects them.
+/// What a program says under QEMU, instructions counted, with the blocks where `device.c` expects
+/// them.
 fn emulated(program: &Path, place: &Path, arguments: &str) -> String {
     let flash = place.join("flash");
     std::fs::write(&flash, blocks(reference_model()).concat()).expect("it can be written");
@@ -351,7 +354,8 @@ fn c_on_a_cortex_m0_gives_the_bits_of_rust() {
     of_an_emulated_processor(CORTEX_M0, place.path());
 }
 
-/// The figures of the C program on an emulated processor, whose digests are those of Rust; nothing without a compiler.
+/// The figures of the C program on an emulated processor, whose digests are those of Rust; nothing
+/// without a compiler.
 fn of_an_emulated_processor(
     (target, processor): (&str, &[&str]),
     place: &Path,
@@ -380,7 +384,8 @@ fn of_an_emulated_processor(
     Some(seen)
 }
 
-/// Compares the instructions of a sample with those that the self-test, which is in Rust, counts in the same way.
+/// Compares the instructions of a sample with those that the self-test, which is in Rust, counts in
+/// the same way.
 fn in_few_more_instructions(seen: &BTreeMap<String, u64>, place: &Path) {
     let what = [
         "-p",
@@ -439,7 +444,8 @@ fn nothing_that_c_calls_leads_to_a_panic() {
         let mut to_see = vec![entry];
         let mut seen = std::collections::BTreeSet::new();
         while let Some(name) = to_see.pop() {
-            // Where a rig block is decoded, postcard copies 8 bytes that it has just counted into 8, which the compiler does not see.
+            // Where a rig block is decoded, postcard copies 8 bytes that it has just counted into
+            // 8, which the compiler does not see.
             let counted = entry == "jw_chain_new" && name.contains("copy_from_slice_impl");
             assert!(counted || !panics.contains(&name), "{entry} reaches {name}");
             if counted {

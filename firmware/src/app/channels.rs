@@ -51,7 +51,8 @@ impl Places {
         [chips, second].map(|chip| chip.copied().flatten())
     }
 
-    /// The first channel that a chip feeds, numbered as in a status report; `None` when it feeds none.
+    /// The first channel that a chip feeds, numbered as in a status report; `None` when it feeds
+    /// none.
     pub fn first_channel(&self, chip: usize) -> Option<u8> {
         let places = (0..2).flat_map(|axis| (0..CHANNELS).map(move |channel| (axis, channel)));
         let mut numbered = places.zip(0..);
@@ -74,11 +75,12 @@ impl Places {
 
 const _: () = assert!(CHIPS <= u8::MAX as usize);
 
-/// The wiring of a board without a rig block: all chips, in the order of the board. Its counts are raw; nothing is known of
-/// their signs or of what they are worth.
+/// The wiring of a board without a rig block: all chips, in the order of the board. Its counts are
+/// raw; nothing is known of their signs or of what they are worth.
 ///
-/// Axis 0 shows counters 0 and 1, the x direction of accelerometer 0 and converter channels 0 and 2; axis 1 counters 2 and 3, the x
-/// direction of accelerometer 1 and converter channels 1 and 3: a force and an input each.
+/// Axis 0 shows counters 0 and 1, the x direction of accelerometer 0 and converter channels 0 and
+/// 2; axis 1 counters 2 and 3, the x direction of accelerometer 1 and converter channels 1 and 3: a
+/// force and an input each.
 pub fn raw_wiring() -> Wiring {
     let plain = |place| Signed {
         place,

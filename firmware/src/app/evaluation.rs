@@ -22,7 +22,8 @@ pub struct Evaluator {
 pub struct Evaluated {
     /// The sample, with its number and what went wrong with it.
     pub frame: Frame,
-    /// What the chain says of the instant its delay ago; `None` without model and rig block, and until its filters are full.
+    /// What the chain says of the instant its delay ago; `None` without model and rig block, and
+    /// until its filters are full.
     pub output: Option<Output>,
 }
 
@@ -35,11 +36,12 @@ pub struct Lost {
     overruns: u32,
 }
 
-/// Evaluates every frame that waits. `lost` counts what found no room on the way out until something does. Gives the number of
-/// the newest frame that did, which tells that all goes on.
+/// Evaluates every frame that waits. `lost` counts what found no room on the way out until
+/// something does. Gives the number of the newest frame that did, which tells that all goes on.
 ///
-/// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor judges no residual that
-/// the gap can have spoilt. Lines of the mains are not followed as long as a gap or another fault is within the filters.
+/// The chain goes on over a gap as if there were none; the frame behind it says so, and the monitor
+/// judges no residual that the gap can have spoilt. Lines of the mains are not followed as long as
+/// a gap or another fault is within the filters.
 pub fn evaluate<K: Kernels>(
     mut evaluator: Option<&mut Evaluator>,
     frames: &mut Consumer<'_, Frame>,

@@ -1,13 +1,15 @@
-//! What the device does, whatever its board: from the sensors of one instant to the verdict that goes out over the serial line.
+//! What the device does, whatever its board: from the sensors of one instant to the verdict that
+//! goes out over the serial line.
 //!
 //! ```text
 //! timer ─▶ sample ──frames──▶ evaluate ──forces──▶ monitor ──samples──▶ serve ──▶ serial line
 //!          chips              chain, model         Watch                Server ◀── requests
 //! priority: highest                                                     lowest
 //! ```
-//! Each arrow is a queue of fixed length; what does not fit is counted and told, never waited for. Everything up to the
-//! monitor runs per sample: integers only, no heap, no path to a panic. A board hangs these four steps to its interrupts
-//! (`bin/jointwatch.rs`); the tests call them one after the other.
+//! Each arrow is a queue of fixed length; what does not fit is counted and told, never waited for.
+//! Everything up to the monitor runs per sample: integers only, no heap, no path to a panic. A
+//! board hangs these four steps to its interrupts (`bin/jointwatch.rs`); the tests call them one
+//! after the other.
 
 mod channels;
 mod evaluation;

@@ -1,4 +1,5 @@
-//! When the watchdog is fed: only when sampling, evaluation and what follows it all go on, the serial line's end among it.
+//! When the watchdog is fed: only when sampling, evaluation and what follows it all go on, the
+//! serial line's end among it.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,11 +10,13 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Whether the watchdog is to be fed after a turn of the evaluation that handed on samples up to this number, if any.
+    /// Whether the watchdog is to be fed after a turn of the evaluation that handed on samples up
+    /// to this number, if any.
     ///
-    /// A sample that was not there before shows that sampling goes on; that it was handed on, that it was evaluated, and that the
-    /// monitor takes what it is given: its queue holds three, and a full one takes nothing. `served` is set by every turn of what
-    /// serves the line; between two feedings there has to be one.
+    /// A sample that was not there before shows that sampling goes on; that it was handed on, that
+    /// it was evaluated, and that the monitor takes what it is given: its queue holds three,
+    /// and a full one takes nothing. `served` is set by every turn of what serves the line;
+    /// between two feedings there has to be one.
     pub fn made(&mut self, handed_on: Option<u64>, served: &AtomicBool) -> bool {
         match handed_on {
             Some(number) if number >= self.next => {

@@ -53,8 +53,8 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sampler<L, C, A, X>
         }
     }
 
-    /// Takes one sample; `missed` instants before it went by without one. A frame that finds no room is counted in the next
-    /// that does.
+    /// Takes one sample; `missed` instants before it went by without one. A frame that finds no
+    /// room is counted in the next that does.
     pub fn sample(&mut self, missed: u32, frames: &mut Producer<'_, Frame>) {
         let acquired = self.sensors.acquire(&self.wiring);
         self.missed = self.missed.saturating_add(missed);

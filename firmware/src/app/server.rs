@@ -106,7 +106,8 @@ impl<F: NorFlash + Supplied, V: Verifier, O: SerialPort> Server<F, V, O> {
         self.send(&hello, watch);
     }
 
-    /// Sends one report; what the line does not take is counted, and its number is used up all the same.
+    /// Sends one report; what the line does not take is counted, and its number is used up all the
+    /// same.
     fn send(&mut self, report: &Report, watch: &mut impl Shared) {
         let mut place = [0; MAX_FRAME];
         let sent = match encode(report, self.sequence, &mut place) {
@@ -119,8 +120,8 @@ impl<F: NorFlash + Supplied, V: Verifier, O: SerialPort> Server<F, V, O> {
         }
     }
 
-    /// Takes received bytes as long as there is a `next` one, but not so many that a line that never pauses keeps the device from
-    /// telling anything.
+    /// Takes received bytes as long as there is a `next` one, but not so many that a line that
+    /// never pauses keeps the device from telling anything.
     pub fn hear(&mut self, mut next: impl FnMut() -> Option<u8>, watch: &mut impl Shared) {
         for _ in 0..AT_ONCE {
             let Some(byte) = next() else { return };
@@ -210,8 +211,8 @@ impl<F: NorFlash + Supplied, V: Verifier, O: SerialPort> Server<F, V, O> {
         }
     }
 
-    /// Sends what there is to send: streamed samples, then what the watch has to tell; keeps an alarm, and marks a model that has proven
-    /// itself.
+    /// Sends what there is to send: streamed samples, then what the watch has to tell; keeps an
+    /// alarm, and marks a model that has proven itself.
     pub fn turn(&mut self, stream: &mut Consumer<'_, Streamed>, watch: &mut impl Shared) {
         while let Some(sample) = stream.dequeue() {
             self.send(&sample.report(), watch);

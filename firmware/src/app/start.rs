@@ -1,4 +1,5 @@
-//! What a restart finds: model, rig block, limits, and everything that is wrong with them, each with its name.
+//! What a restart finds: model, rig block, limits, and everything that is wrong with them, each
+//! with its name.
 
 use super::channels::{Places, raw_wiring};
 use super::evaluation::Evaluator;
@@ -72,10 +73,11 @@ pub struct Setup {
     pub development_key: bool,
 }
 
-/// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store found. What evaluates samples
-/// is built in `room`.
+/// Looks at both slots, and builds what runs from what they hold. `report` is shown what the store
+/// found. What evaluates samples is built in `room`.
 ///
-/// Runs once, before the first sample, and may take some tenths of a second: signatures are checked.
+/// Runs once, before the first sample, and may take some tenths of a second: signatures are
+/// checked.
 ///
 /// Not inlined: what it needs on the stack is free again when samples begin.
 #[inline(never)]
@@ -257,7 +259,8 @@ fn with_rig(
     Ok(())
 }
 
-/// Lets the watch judge by the limits of the rig block, where they are for this model. Not inlined, as above.
+/// Lets the watch judge by the limits of the rig block, where they are for this model. Not inlined,
+/// as above.
 #[inline(never)]
 fn set_limits(
     watch: &mut Watch,

@@ -1,4 +1,5 @@
-//! The monitor on the MPS2+ board AN500: the same four steps of a sample as on the STM32F405, one after the other in a loop.
+//! The monitor on the MPS2+ board AN500: the same four steps of a sample as on the STM32F405, one
+//! after the other in a loop.
 #![no_std]
 #![no_main]
 

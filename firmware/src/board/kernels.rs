@@ -1,7 +1,9 @@
-//! The inner loops of a sample in assembly, for a Cortex-M4 or M7: the bits of `jointwatch_shared::base::kernels` in fewer instructions.
+//! The inner loops of a sample in assembly, for a Cortex-M4 or M7: the bits of
+//! `jointwatch_shared::base::kernels` in fewer instructions.
 //!
-//! They load four words with one instruction, which also moves on to the next four; the compiler pairs two at most, and computes addresses
-//! besides. What runs is the same for all values: no branch depends on one.
+//! They load four words with one instruction, which also moves on to the next four; the compiler
+//! pairs two at most, and computes addresses besides. What runs is the same for all values: no
+//! branch depends on one.
 
 use core::arch::naked_asm;
 use jointwatch_shared::base::kernels;
@@ -41,7 +43,8 @@ impl kernels::Kernels for Assembly {
         u: &[i32; 4],
     ) -> [i64; 2] {
         if !neurons.is_empty() {
-            // SAFETY: there are as many neurons as it is told, and every step of a table from 0 to `LAST` is in it.
+            // SAFETY: there are as many neurons as it is told, and every step of a table from 0 to
+            // `LAST` is in it.
             unsafe { sum_of_neurons(neurons.as_ptr(), neurons.len(), u, &TABLE, &mut sums) };
         }
         sums
@@ -124,7 +127,8 @@ unsafe extern "C" fn products(
 /// What a block is to the loop: sixteen words, the gain, and a word that nothing is in.
 const _: () = assert!(size_of::<Block>() == 72 && core::mem::offset_of!(Block, gain) == 64);
 
-/// r0 blocks, r1 monomials, r2 powers of the last but one input, r3 powers of the last one; the sum in r0 and r1.
+/// r0 blocks, r1 monomials, r2 powers of the last but one input, r3 powers of the last one; the sum
+/// in r0 and r1.
 ///
 /// # Safety
 /// All four can be read.
@@ -137,7 +141,8 @@ unsafe extern "C" fn sum_of_blocks(
 ) -> i64 {
     naked_asm!(
         "push {{r4, r5, r6, r7, r8, r9, r10, r11, r12, lr}}",
-        // The monomials onto the stack, from which each is taken once, and above them what is none: it ends the loop.
+        // The monomials onto the stack, from which each is taken once, and above them what is
+        // none: it ends the loop.
         "mov r4, #0x80000000",
         "push {{r4, r5}}",
         "add r1, #32",
@@ -195,7 +200,8 @@ const _: () = assert!(
         && core::mem::offset_of!(Neuron, steps) == 32
 );
 
-/// r0 neurons, r1 how many, r2 inputs, r3 the table of tanh; on the stack where the sums are, to which it adds.
+/// r0 neurons, r1 how many, r2 inputs, r3 the table of tanh; on the stack where the sums are, to
+/// which it adds.
 ///
 /// # Safety
 /// There are `count` neurons, one at least; the others can be read, and `sums` written.

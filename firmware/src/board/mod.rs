@@ -1,4 +1,5 @@
-//! The boards: what differs between one microcontroller and another, and the only `unsafe` code of the firmware.
+//! The boards: what differs between one microcontroller and another, and the only `unsafe` code of
+//! the firmware.
 
 #[cfg(feature = "an500")]
 pub mod an500;
@@ -41,6 +42,7 @@ pub mod stm32f405;
 
 #[cfg(not(any(feature = "stm32", feature = "an500", feature = "nrf52840")))]
 pub use jointwatch_shared::base::kernels::Portable as Kernels;
-/// The inner loops of a sample on this board, chosen here and nowhere else: in assembly where the processor has the instructions.
+/// The inner loops of a sample on this board, chosen here and nowhere else: in assembly where
+/// the processor has the instructions.
 #[cfg(any(feature = "stm32", feature = "an500", feature = "nrf52840"))]
 pub use kernels::Assembly as Kernels;

@@ -1,4 +1,5 @@
-//! Why the device restarted: kept in a word of RAM that a restart does not touch, and in the chip's own flags.
+//! Why the device restarted: kept in a word of RAM that a restart does not touch, and in the chip's
+//! own flags.
 
 use crate::board::stm32f405::chip::RCC;
 use core::cell::UnsafeCell;

@@ -1,8 +1,10 @@
-//! The log's way out: a ring of bytes in RAM that a debug probe reads while the processor runs (SEGGER's RTT).
+//! The log's way out: a ring of bytes in RAM that a debug probe reads while the processor runs
+//! (SEGGER's RTT).
 //!
-//! Written here rather than taken from `defmt-rtt` because that panics when it is entered twice, and the image has to
-//! have no panic path. The control block has the same layout, so `probe-rs` and other RTT readers find it by its
-//! name and first bytes. When nobody reads, the oldest bytes are overwritten: the log never holds up the program.
+//! Written here rather than taken from `defmt-rtt` because that panics when it is entered twice,
+//! and the image has to have no panic path. The control block has the same layout, so `probe-rs`
+//! and other RTT readers find it by its name and first bytes. When nobody reads, the oldest bytes
+//! are overwritten: the log never holds up the program.
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering, compiler_fence};
@@ -10,7 +12,8 @@ use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering, compiler_fence};
 /// Bytes in the ring. A boot log takes about a hundred.
 const ROOM: usize = 1024;
 
-/// The control block, as SEGGER's "J-Link / J-Trace User Guide" (UM08001), section RTT, lays it out.
+/// The control block, as SEGGER's "J-Link / J-Trace User Guide" (UM08001), section RTT, lays it
+/// out.
 #[repr(C)]
 struct ControlBlock {
     id: [u8; 16],
@@ -27,7 +30,8 @@ struct ControlBlock {
     mode: AtomicU32,
 }
 
-// SAFETY: the pointers are to statics; the ring is written only inside a critical section, see `Log`.
+// SAFETY: the pointers are to statics; the ring is written only inside a critical section, see
+// `Log`.
 unsafe impl Sync for ControlBlock {}
 
 struct Ring(UnsafeCell<[u8; ROOM]>);
@@ -55,7 +59,8 @@ static _SEGGER_RTT: ControlBlock = ControlBlock {
 fn write(bytes: &[u8]) {
     let mut at = _SEGGER_RTT.write.load(Ordering::Relaxed);
     for &byte in bytes {
-        // SAFETY: `at` is below ROOM, always, and only the one critical section of a log frame writes here.
+        // SAFETY: `at` is below ROOM, always, and only the one critical section of a log frame
+        // writes here.
         unsafe { RING.0.get().cast::<u8>().add(at).write_volatile(byte) };
         at = (at + 1) % ROOM;
     }
@@ -73,7 +78,8 @@ struct State {
 
 struct Cell(UnsafeCell<State>);
 
-// SAFETY: touched only between `acquire` and `release`, with interrupts off, on a chip with one core.
+// SAFETY: touched only between `acquire` and `release`, with interrupts off, on a chip with one
+// core.
 unsafe impl Sync for Cell {}
 
 static STATE: Cell = Cell(UnsafeCell::new(State {
@@ -84,8 +90,9 @@ static STATE: Cell = Cell(UnsafeCell::new(State {
 #[defmt::global_logger]
 struct Log;
 
-// SAFETY: interrupts are off from `acquire` to `release`, so frames of different contexts do not mix. A frame inside a
-// frame, which would take the encoder twice, needs a `Format` that logs while it is being formatted; there is none.
+// SAFETY: interrupts are off from `acquire` to `release`, so frames of different contexts do not
+// mix. A frame inside a frame, which would take the encoder twice, needs a `Format` that logs while
+// it is being formatted; there is none.
 unsafe impl defmt::Logger for Log {
     fn acquire() {
         let interrupts = cortex_m::register::primask::read().is_active();

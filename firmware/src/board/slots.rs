@@ -11,8 +11,8 @@ unsafe extern "C" {
 
 /// The first [`BLOB_LEN`] bytes of slot A and of slot B.
 pub(super) fn slots() -> [&'static [u8]; 2] {
-    // SAFETY: both addresses are the starts of flash regions of at least BLOB_LEN bytes (memory.x), flash
-    // is always readable, and nothing in this program writes to it.
+    // SAFETY: both addresses are the starts of flash regions of at least BLOB_LEN bytes (memory.x),
+    // flash is always readable, and nothing in this program writes to it.
     unsafe {
         [
             slice::from_raw_parts(&raw const _slot_a, BLOB_LEN),

@@ -1,4 +1,5 @@
-//! How much of the stack was ever used: it is painted at the start, and where the paint has gone, somebody was.
+//! How much of the stack was ever used: it is painted at the start, and where the paint has gone,
+//! somebody was.
 
 /// What untouched words hold.
 const PAINT: u32 = 0x5AFE_57AC;

@@ -1,7 +1,8 @@
-//! The monitor on the board: hangs the steps of a sample to interrupts, each with its priority, and starts them.
+//! The monitor on the board: hangs the steps of a sample to interrupts, each with its priority, and
+//! starts them.
 //!
-//! Two images are made of it, which differ in the feature `semihosting-link` alone: with it, sensor chips, serial line, sampling
-//! clock and slots are the host's.
+//! Two images are made of it, which differ in the feature `semihosting-link` alone: with it, sensor
+//! chips, serial line, sampling clock and slots are the host's.
 
 mod log;
 
@@ -145,7 +146,8 @@ mod app {
         (Shared { watch }, local)
     }
 
-    /// Bytes from the serial line have to be fetched within 10 µs of each other; it takes a fraction of one.
+    /// Bytes from the serial line have to be fetched within 10 µs of each other; it takes a
+    /// fraction of one.
     #[task(binds = USART2, priority = 5, local = [received_in])]
     fn receive(cx: receive::Context) {
         while let Some(byte) = parts::received() {
@@ -215,7 +217,8 @@ mod app {
         parts::stage(3, begun);
     }
 
-    /// Everything is done by interrupts; the image for tests sets them off here, as the host wants it.
+    /// Everything is done by interrupts; the image for tests sets them off here, as the host wants
+    /// it.
     #[idle]
     fn idle(_: idle::Context) -> ! {
         let sample = || rtic::pend(Interrupt::TIM2);
@@ -232,8 +235,8 @@ unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
 
 /// Nothing that runs per sample leads here: a test finds what does in the release image.
 ///
-/// The undefined instruction leads to the fault above; were the two functions alike, the linker would make them one
-/// and the test could not tell them apart.
+/// The undefined instruction leads to the fault above; were the two functions alike, the linker
+/// would make them one and the test could not tell them apart.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
     cortex_m::asm::udf()

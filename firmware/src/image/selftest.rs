@@ -1,4 +1,5 @@
-//! The self-test image: runs the suite on this processor and ends with exit code 0 when everything passed, else 1.
+//! The self-test image: runs the suite on this processor and ends with exit code 0 when everything
+//! passed, else 1.
 
 use jointwatch_firmware::board::Kernels;
 #[cfg(feature = "an500")]

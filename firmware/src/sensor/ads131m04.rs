@@ -1,8 +1,10 @@
-//! ADS131M04: four 24-bit converters that sample at one instant, for the strain bridges; every frame carries a checksum.
+//! ADS131M04: four 24-bit converters that sample at one instant, for the strain bridges; every
+//! frame carries a checksum.
 //!
-//! Texas Instruments, SBAS890, "ADS131M04 4-Channel, Simultaneously-Sampling, 24-Bit, Delta-Sigma ADC". SPI mode 1. A
-//! frame is six words of 24 bits in both directions: the command and its checksum go out while the answer to the *previous*
-//! command, the four codes and their checksum come in (section "SPI Communication Frames").
+//! Texas Instruments, SBAS890, "ADS131M04 4-Channel, Simultaneously-Sampling, 24-Bit, Delta-Sigma
+//! ADC". SPI mode 1. A frame is six words of 24 bits in both directions: the command and its
+//! checksum go out while the answer to the *previous* command, the four codes and their checksum
+//! come in (section "SPI Communication Frames").
 
 use super::{ChipFault, Found, Reading, Sensor, at_rails};
 use embedded_hal::spi::SpiDevice;
@@ -25,10 +27,11 @@ const CFG: u8 = 0x06;
 
 /// High byte of the identity: 0x20 plus the number of channels; the low byte is reserved.
 const ID_FOUR_CHANNELS: u16 = 0x24;
-/// Checksum on what the chip receives (bit 12), CCITT (bit 11 = 0), reset flag cleared (bit 10 = 0), words of 24 bits
-/// (bits 9–8 = 01), frames time out (bit 4).
+/// Checksum on what the chip receives (bit 12), CCITT (bit 11 = 0), reset flag cleared (bit 10 =
+/// 0), words of 24 bits (bits 9–8 = 01), frames time out (bit 4).
 const MODE_SETTING: u16 = 0x1110;
-/// All four channels on (bits 11–8), high-resolution power mode (bits 1–0 = 10); the oversampling stands in bits 4–2.
+/// All four channels on (bits 11–8), high-resolution power mode (bits 1–0 = 10); the oversampling
+/// stands in bits 4–2.
 const CLOCK_SETTING: u16 = 0x0F02;
 /// The reset value: no chopping, no current detection.
 const CFG_SETTING: u16 = 0x0600;
@@ -42,8 +45,9 @@ const STATUS_NEW: u16 = 0x000F;
 /// Bytes of a word and of a frame.
 const WORD: usize = 3;
 const FRAME: usize = 6 * WORD;
-/// The checksum of some bytes, section "Cyclic Redundancy Check (CRC)": CRC-16 with the polynomial x¹⁶ + x¹² + x⁵ + 1, beginning with all
-/// ones. A byte at a time without a table: what is shifted out comes back at bits 12, 5 and 0, its upper half once more.
+/// The checksum of some bytes, section "Cyclic Redundancy Check (CRC)": CRC-16 with the polynomial
+/// x¹⁶ + x¹² + x⁵ + 1, beginning with all ones. A byte at a time without a table: what is shifted
+/// out comes back at bits 12, 5 and 0, its upper half once more.
 fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc: u16, &byte| {
         let out = crc >> 8 ^ u16::from(byte);
@@ -165,7 +169,8 @@ impl<S: SpiDevice> Sensor for Ads131m04<S> {
     type Error = S::Error;
     type Value = [i32; CHANNELS];
 
-    /// Sends the reset command in a whole frame, as it has to be. The chip is ready 5 µs later ("t_REGACQ").
+    /// Sends the reset command in a whole frame, as it has to be. The chip is ready 5 µs later
+    /// ("t_REGACQ").
     fn restart(&mut self) -> Result<(), ChipFault<S::Error>> {
         // What comes back belongs to the time before and may be anything.
         let mut bytes = frame(RESET, None);
@@ -200,9 +205,10 @@ impl<S: SpiDevice> Sensor for Ads131m04<S> {
 
     /// The newest code of every channel.
     ///
-    /// The chip keeps two samples and gives the older one first (section "Collecting Data for the First Time or After a
-    /// Pause"). Whoever samples more slowly than it converts always finds both: two frames are read, and the second is kept
-    /// where it is new. That also makes the time on the bus the same whatever the chip has.
+    /// The chip keeps two samples and gives the older one first (section "Collecting Data for the
+    /// First Time or After a Pause"). Whoever samples more slowly than it converts always finds
+    /// both: two frames are read, and the second is kept where it is new. That also makes the
+    /// time on the bus the same whatever the chip has.
     fn read(&mut self) -> Result<Reading<[i32; CHANNELS]>, ChipFault<S::Error>> {
         let first = self.exchange(NULL, None)?;
         let second = self.exchange(NULL, None)?;

@@ -1,7 +1,8 @@
 //! ADXL355: a three-axis accelerometer of low noise with 20-bit codes.
 //!
-//! Analog Devices, "ADXL354/ADXL355 Data Sheet", section "Register Map". SPI mode 0; the first byte is the register's
-//! address times two, plus one for reading; further bytes follow at the next addresses (section "SPI Protocol").
+//! Analog Devices, "ADXL354/ADXL355 Data Sheet", section "Register Map". SPI mode 0; the first byte
+//! is the register's address times two, plus one for reading; further bytes follow at the next
+//! addresses (section "SPI Protocol").
 
 use super::{ChipFault, Found, Reading, Sensor, at_rails};
 use embedded_hal::spi::SpiDevice;

@@ -1,15 +1,18 @@
-//! LS7366R: a 32-bit counter for one quadrature encoder, read through a latch so that several give one instant.
+//! LS7366R: a 32-bit counter for one quadrature encoder, read through a latch so that several give
+//! one instant.
 //!
-//! LSI/CSI, "LS7366R 32-bit quadrature counter with serial interface". SPI mode 0, most significant bit first; every
-//! instruction is a chip select of its own. The chip has no identity register: a count that is written through its data
-//! register and comes back through its latch takes the place of one.
+//! LSI/CSI, "LS7366R 32-bit quadrature counter with serial interface". SPI mode 0, most significant
+//! bit first; every instruction is a chip select of its own. The chip has no identity register: a
+//! count that is written through its data register and comes back through its latch takes the place
+//! of one.
 
 use super::{ChipFault, Found, Reading, Sensor};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::Counter;
 
-// Instruction byte: operation in bits 7–6 (00 clear, 01 read, 10 write, 11 load), register in bits 5–3 (001 MDR0,
-// 010 MDR1, 011 DTR, 100 CNTR, 101 OTR, 110 STR). Datasheet, "IR" (instruction register).
+// Instruction byte: operation in bits 7–6 (00 clear, 01 read, 10 write, 11 load), register in bits
+// 5–3 (001 MDR0, 010 MDR1, 011 DTR, 100 CNTR, 101 OTR, 110 STR). Datasheet, "IR" (instruction
+// register).
 const CLEAR_STR: u8 = 0x30;
 const READ_MDR0: u8 = 0x48;
 const READ_MDR1: u8 = 0x50;
@@ -20,22 +23,27 @@ const WRITE_MDR1: u8 = 0x90;
 const WRITE_DTR: u8 = 0x98;
 /// Data register into counter.
 const LOAD_CNTR: u8 = 0xE0;
-/// Counter into latch. Some published code sends 0xE4 for it, which by the datasheet's bits loads the counter.
+/// Counter into latch. Some published code sends 0xE4 for it, which by the datasheet's bits loads
+/// the counter.
 pub const LOAD_OTR: u8 = 0xE8;
 
-// MDR0, datasheet "MDR0": bits 1–0 counts per cycle (01 one, 10 two, 11 four), bits 3–2 = 00 free running, bits 5–4
-// index (00 unused, 01 loads the counter from the data register), bit 6 = 0 asynchronous index, bit 7 = 0 filter clock ÷ 1.
+// MDR0, datasheet "MDR0": bits 1–0 counts per cycle (01 one, 10 two, 11 four), bits 3–2 = 00 free
+// running, bits 5–4 index (00 unused, 01 loads the counter from the data register), bit 6 = 0
+// asynchronous index, bit 7 = 0 filter clock ÷ 1.
 const MDR0_INDEX_LOADS_COUNTER: u8 = 0x10;
 /// MDR1, datasheet "MDR1": four bytes, counting enabled, no flags on the pins.
 const MDR1_FOUR_BYTES: u8 = 0x00;
-/// The same with counting disabled (bit 2): while the counter is set up, so that one whose set-up did not end shows it.
+/// The same with counting disabled (bit 2): while the counter is set up, so that one whose set-up
+/// did not end shows it.
 const MDR1_STANDS_STILL: u8 = 0x04;
-// STR, datasheet "STR": bit 4 an index came, bit 3 counting is enabled, bit 2 power was lost since it was cleared.
+// STR, datasheet "STR": bit 4 an index came, bit 3 counting is enabled, bit 2 power was lost since
+// it was cleared.
 const STR_INDEX: u8 = 0x10;
 const STR_ENABLED: u8 = 0x08;
 const STR_POWER_LOST: u8 = 0x04;
 
-/// What is written to the counter to see whether it comes back; neither half is what an undriven line reads.
+/// What is written to the counter to see whether it comes back; neither half is what an undriven
+/// line reads.
 const PATTERN: i32 = 0x5A3C_C3A5;
 /// What a line reads that nothing drives, besides zeros. No register of a counter in use holds it.
 const UNDRIVEN: u8 = 0xFF;
@@ -79,7 +87,8 @@ impl<S: SpiDevice> Ls7366r<S> {
             .map_err(ChipFault::Bus)
     }
 
-    /// Sets the count, and sees whether it comes back through the latch. The counter must stand still.
+    /// Sets the count, and sees whether it comes back through the latch. The counter must stand
+    /// still.
     fn load(&mut self, count: i32) -> Result<(), ChipFault<S::Error>> {
         let [a, b, c, d] = count.to_be_bytes();
         self.bus
@@ -149,12 +158,12 @@ impl<S: SpiDevice> Ls7366r<S> {
         Ok([mdr0, mdr1, status & (STR_POWER_LOST | STR_ENABLED)])
     }
 
-    /// Whether the counter still has its supply and counts; two bytes on the bus. True when an index came since the set-up and loaded
-    /// the start count.
+    /// Whether the counter still has its supply and counts; two bytes on the bus. True when an
+    /// index came since the set-up and loaded the start count.
     ///
     /// # Errors
-    /// [`ChipFault::WrongIdentity`] when nothing answers, [`ChipFault::Restarted`] when it lost its supply, [`ChipFault::ConfigNotKept`] when it
-    /// does not count.
+    /// [`ChipFault::WrongIdentity`] when nothing answers, [`ChipFault::Restarted`] when it lost its
+    /// supply, [`ChipFault::ConfigNotKept`] when it does not count.
     pub fn check_status(&mut self) -> Result<bool, ChipFault<S::Error>> {
         let status = self.read_byte(READ_STR)?;
         if status == UNDRIVEN || status == 0 {
@@ -191,9 +200,10 @@ impl<S: SpiDevice> Sensor for Ls7366r<S> {
         Ok(())
     }
 
-    /// A counter that has its settings and never lost its supply keeps its count: only the bus was at fault then. So its count is
-    /// written over only when two looks agree that it is not so, and what was written to a mode register comes back; a transfer
-    /// that is lost or damaged costs a try, and never a count.
+    /// A counter that has its settings and never lost its supply keeps its count: only the bus was
+    /// at fault then. So its count is written over only when two looks agree that it is not so,
+    /// and what was written to a mode register comes back; a transfer that is lost or damaged
+    /// costs a try, and never a count.
     fn set_up(&mut self) -> Result<Found, ChipFault<S::Error>> {
         let mode = self.mode();
         let seen = self.registers()?;
@@ -220,7 +230,8 @@ impl<S: SpiDevice> Sensor for Ls7366r<S> {
         })
     }
 
-    /// The count at the last latch ([`LOAD_OTR`]); a free-running counter wraps, so it is never at a rail.
+    /// The count at the last latch ([`LOAD_OTR`]); a free-running counter wraps, so it is never at
+    /// a rail.
     fn read(&mut self) -> Result<Reading<i32>, ChipFault<S::Error>> {
         let mut value = self.latched()?;
         if value == 0 || value == -1 {

@@ -1,7 +1,7 @@
 //! The sensor chips: what a driver does, what can go wrong with one, and what it gives.
 //!
-//! A driver knows its chip and nothing of the rig. It gives raw codes, also those that stand still or at a rail: whether
-//! a code is believable is for the monitor to say.
+//! A driver knows its chip and nothing of the rig. It gives raw codes, also those that stand still
+//! or at a rail: whether a code is believable is for the monitor to say.
 
 pub mod acquire;
 pub mod ads131m04;
@@ -67,7 +67,8 @@ pub enum Found {
     Kept,
 }
 
-/// What every driver does. Nothing in it waits: where a chip needs time after a reset, the caller comes back later.
+/// What every driver does. Nothing in it waits: where a chip needs time after a reset, the caller
+/// comes back later.
 pub trait Sensor {
     /// The error of the bus.
     type Error;

@@ -1,4 +1,5 @@
-//! Whether a chip is there: it is set up, watched, given up after repeated failure, and tried again more and more rarely.
+//! Whether a chip is there: it is set up, watched, given up after repeated failure, and tried again
+//! more and more rarely.
 //!
 //! ```text
 //!           restart            set-up                    many failures in a row
@@ -6,9 +7,10 @@
 //!    ▲                    │ refused: twice the wait
 //!    └────────────────────┘
 //! ```
-//! Time is counted in samples. A visit makes at most one attempt, and one at a chip that does not answer is about as long on the bus as
-//! a reading: a reset in one sample, and in another a converter's two frames, an accelerometer's four bytes, or three times two bytes of
-//! a counter. So waiting for long saves little, and keeps a chip that is back from being heard.
+//! Time is counted in samples. A visit makes at most one attempt, and one at a chip that does not
+//! answer is about as long on the bus as a reading: a reset in one sample, and in another a
+//! converter's two frames, an accelerometer's four bytes, or three times two bytes of a counter. So
+//! waiting for long saves little, and keeps a chip that is back from being heard.
 
 use super::{ChipFault, Found, Sensor};
 
@@ -22,8 +24,9 @@ pub const TIME_TO_START: u16 = 16;
 pub const FAILURES_ALLOWED: u8 = 8;
 /// Readings in a row without anything new after which a chip counts as silent.
 pub const STALE_ALLOWED: u8 = 8;
-/// Samples after which a chip that answers again gives new codes, however long it was away: a set-up that began before it was back and is
-/// refused, the longest wait, another set-up, and what a chip may take until it has something new.
+/// Samples after which a chip that answers again gives new codes, however long it was away: a
+/// set-up that began before it was back and is refused, the longest wait, another set-up, and what
+/// a chip may take until it has something new.
 pub const BACK_WITHIN: u16 = 2 * (TIME_TO_START + 1) + LONGEST_WAIT + 1 + STALE_ALLOWED as u16 + 1;
 
 /// How a sensor did at one instant; what a user is told.
@@ -214,7 +217,8 @@ impl<S: Sensor> Watched<S> {
         match self.sensor.read() {
             Ok(reading) => {
                 let stale = if reading.fresh {
-                    // What is not new may be no reading at all, as the zeros of a line that nobody drives.
+                    // What is not new may be no reading at all, as the zeros of a line that nobody
+                    // drives.
                     self.value = reading.value;
                     0
                 } else {

@@ -1,4 +1,5 @@
-//! A chip on paper for the drivers' tests: what is to be sent, what comes back, and a bus that fails at any transfer.
+//! A chip on paper for the drivers' tests: what is to be sent, what comes back, and a bus that
+//! fails at any transfer.
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use embedded_hal_mock::eh1::spi::{Mock, Transaction};
@@ -61,8 +62,8 @@ impl SpiDevice for Scripted {
     }
 }
 
-/// Plays `run` with the bus failing at each exchange in turn; every run has to end with what `is_bus_fault` accepts, and
-/// must not touch the bus after the failure.
+/// Plays `run` with the bus failing at each exchange in turn; every run has to end with what
+/// `is_bus_fault` accepts, and must not touch the bus after the failure.
 pub(crate) fn with_every_bus_failure<T: std::fmt::Debug>(
     exchanges: &[Exchange],
     mut run: impl FnMut(&mut Scripted) -> Result<T, super::ChipFault<ErrorKind>>,

@@ -1,4 +1,5 @@
-//! A bare model blob in a slot, as a debugger puts it there: what it is, and which of two is used. For the self-test.
+//! A bare model blob in a slot, as a debugger puts it there: what it is, and which of two is used.
+//! For the self-test.
 
 use jointwatch_shared::base::Model;
 use jointwatch_shared::fault::Error;
@@ -65,7 +66,8 @@ impl Slot {
     }
 }
 
-/// Reads the slots (A, then B), tells `report` what each holds, and gives the model of the first that holds one.
+/// Reads the slots (A, then B), tells `report` what each holds, and gives the model of the first
+/// that holds one.
 pub fn choose(
     slots: &[&[u8]],
     mut report: impl FnMut(SlotName, &Slot),
@@ -83,8 +85,9 @@ pub fn choose(
 
 /// Why a slot is refused, in a fixed phrase.
 ///
-/// The error's own sentence has numbers in it. Formatting a floating-point number needs kilobytes of code with panic
-/// paths, which the flashed image is not to have; the self-test and the host print the whole sentence.
+/// The error's own sentence has numbers in it. Formatting a floating-point number needs kilobytes
+/// of code with panic paths, which the flashed image is not to have; the self-test and the host
+/// print the whole sentence.
 pub fn phrase(why: &Error) -> &'static str {
     match why {
         Error::BlobLength { .. } => "it has another length than a model blob",

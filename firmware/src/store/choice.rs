@@ -97,7 +97,8 @@ pub struct Choice {
     pub trial: bool,
 }
 
-/// Chooses: the newer of two good models, unless it was started before and never confirmed; then the other one.
+/// Chooses: the newer of two good models, unless it was started before and never confirmed; then
+/// the other one.
 ///
 /// Where there is no other, the trial is repeated: an unproven model is better than none.
 pub(super) fn choose(states: &[State; 2]) -> Choice {

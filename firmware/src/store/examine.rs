@@ -38,7 +38,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
             tried,
             confirmed @ ..,
         ] = marks;
-        // An emulator's flash may begin as zeros instead of ones; every mark then seems to be set, and none means anything.
+        // An emulator's flash may begin as zeros instead of ones; every mark then seems to be set,
+        // and none means anything.
         if seal == [0; SEAL_LEN] || (seal == [0xFF; SEAL_LEN] && begun == ERASED) {
             return self.look_at_bare(place, work);
         }
@@ -87,8 +88,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         })
     }
 
-    /// Holds content against its seal: signature, class, digest, and the model's own checks, in this order. Gives the key that
-    /// signed.
+    /// Holds content against its seal: signature, class, digest, and the model's own checks, in
+    /// this order. Gives the key that signed.
     fn check(
         &mut self,
         place: SlotName,
@@ -125,7 +126,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     }
 
-    /// The digest of model and rig block. Not inlined: what it needs on the stack is free again when the model is looked at.
+    /// The digest of model and rig block. Not inlined: what it needs on the stack is free again
+    /// when the model is looked at.
     #[inline(never)]
     pub(super) fn digest(
         &mut self,

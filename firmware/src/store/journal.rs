@@ -1,8 +1,8 @@
-//! What the device remembers beyond the life of a model: erasures, the newest release, revoked keys, carried-out orders, and the alarm
-//! that stands.
+//! What the device remembers beyond the life of a model: erasures, the newest release, revoked
+//! keys, carried-out orders, and the alarm that stands.
 //!
-//! Before a slot is erased, what is to be remembered is written into the other slot's journal. So the latest entry is always in
-//! one of the two, whatever power does.
+//! Before a slot is erased, what is to be remembered is written into the other slot's journal. So
+//! the latest entry is always in one of the two, whatever power does.
 
 use super::{SlotFault, SlotName, Store, Verifier};
 use embedded_storage::nor_flash::NorFlash;
@@ -13,7 +13,8 @@ use jointwatch_shared::wire::telemetry::KeptAlarm;
 const MAX_ENTRIES: usize = 2000;
 /// Erasures in an hour of running. A model that is tried out ten times an hour is far below.
 pub const ERASURES_PER_HOUR: u8 = 20;
-/// Erasures in the device's life: half of what both sectors last for (DS8626, “Flash memory endurance”: 10,000 cycles each).
+/// Erasures in the device's life: half of what both sectors last for (DS8626, “Flash memory
+/// endurance”: 10,000 cycles each).
 pub const ERASURES_PER_LIFE: u32 = 10_000;
 
 impl<F: NorFlash, V: Verifier> Store<F, V> {
@@ -27,8 +28,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     };
 
-    /// Entries of the journal of the model that runs which only erasures may take: without one no upload begins, and it is an upload that
-    /// makes room.
+    /// Entries of the journal of the model that runs which only erasures may take: without one no
+    /// upload begins, and it is an upload that makes room.
     const FOR_ERASURES: usize = Self::ENTRIES / 2;
 
     /// What the device remembers.
@@ -47,7 +48,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 self.read(place, JOURNAL_OFFSET + number * ENTRY_LEN, &mut first)?;
                 if first != ERASED
                     && let Some(entry) = Entry::decode(&self.entry(place, number)?)
-                    // Of two with one number power failed on the first, which may read as whole now and then.
+                    // Of two with one number power failed on the first, which may read as whole now
+                    // and then.
                     && entry.number >= latest.number
                 {
                     latest = entry;
@@ -72,7 +74,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
     /// Writes an entry behind the last one of a slot's journal, under the next number.
     ///
     /// # Errors
-    /// [`SlotFault::Worn`] when the journal is full, [`SlotFault::Flash`] when the entry does not read back.
+    /// [`SlotFault::Worn`] when the journal is full, [`SlotFault::Flash`] when the entry does not
+    /// read back.
     pub(super) fn remember(&mut self, place: SlotName, entry: Entry) -> Result<(), SlotFault> {
         self.remember_within(place, entry, Self::ENTRIES)
     }
@@ -87,8 +90,9 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         let number = entry.number.checked_add(1).ok_or(SlotFault::Worn)?;
         let entry = Entry { number, ..entry };
         let bytes = entry.encode();
-        // Behind the last that is not blank: power may have failed on one, which then reads as anything. Where the last of all is not blank, in
-        // front of that: one bad cell there fills no journal.
+        // Behind the last that is not blank: power may have failed on one, which then reads as
+        // anything. Where the last of all is not blank, in front of that: one bad cell
+        // there fills no journal.
         let mut free = None;
         for number in (0..Self::ENTRIES).rev() {
             if self.entry(place, number)? == [0xFF; ENTRY_LEN] {
@@ -122,8 +126,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         })
     }
 
-    /// Keeps an alarm over a restart, until it is acknowledged; of several the first. So each acknowledgement, which its owner signs,
-    /// lets one entry be written.
+    /// Keeps an alarm over a restart, until it is acknowledged; of several the first. So each
+    /// acknowledgement, which its owner signs, lets one entry be written.
     ///
     /// # Errors
     /// As `remember`.
@@ -138,7 +142,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         })
     }
 
-    /// Writes an entry that no erasure follows on: into the journal of the slot that is erased next, if there is room.
+    /// Writes an entry that no erasure follows on: into the journal of the slot that is erased
+    /// next, if there is room.
     pub(super) fn remember_anywhere(&mut self, entry: Entry) -> Result<(), SlotFault> {
         let active = self.active.unwrap_or(SlotName::B);
         self.remember(active.other(), entry)

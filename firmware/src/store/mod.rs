@@ -1,18 +1,23 @@
-//! The two model slots in flash: which model runs, how a new one gets there, and why no loss of power can spoil that.
+//! The two model slots in flash: which model runs, how a new one gets there, and why no loss of
+//! power can spoil that.
 //!
-//! A new model goes into the slot that is not in use. Its life is a row of words, each programmed once
-//! ([`jointwatch_shared::wire::slot`] has the places):
+//! A new model goes into the slot that is not in use. Its life is a row of words, each programmed
+//! once ([`jointwatch_shared::wire::slot`] has the places):
 //!
-//! 1. The signature of its header is verified. The slot is marked void, erased, and written: model, rig block, seal.
-//! 2. All of it is read back and checked: digest, the model's own checks, model and rig block against each other. Then it is
-//!    marked **sealed**.
+//! 1. The signature of its header is verified. The slot is marked void, erased, and written: model,
+//!    rig block, seal.
+//! 2. All of it is read back and checked: digest, the model's own checks, model and rig block
+//!    against each other. Then it is marked **sealed**.
 //! 3. At the next restart the newer good slot is chosen. It is marked **tried** before it runs.
-//! 4. When it has run long enough it is marked **confirmed**. From then on the other slot may be erased.
-//! 5. When a restart finds it tried and not confirmed, it is marked void, and the old model runs again.
+//! 4. When it has run long enough it is marked **confirmed**. From then on the other slot may be
+//!    erased.
+//! 5. When a restart finds it tried and not confirmed, it is marked void, and the old model runs
+//!    again.
 //!
-//! A mark on which power failed may read either way, and may even change its mind. It never matters: before *sealed* the old
-//! model runs whatever the new slot holds; between *sealed* and *tried* both answers are right; *tried* counts as soon as one
-//! bit of it does, and means the old model; a doubtful *confirmed* is confirmed once more, in the next of its words, before
+//! A mark on which power failed may read either way, and may even change its mind. It never
+//! matters: before *sealed* the old model runs whatever the new slot holds; between *sealed* and
+//! *tried* both answers are right; *tried* counts as soon as one bit of it does, and means the old
+//! model; a doubtful *confirmed* is confirmed once more, in the next of its words, before
 //! the old slot may be erased.
 
 mod blob_slot;
@@ -62,7 +67,8 @@ pub struct Started {
     pub set_aside: Option<SlotName>,
     /// Whether there is another model to go back to, should this one fail its trial.
     pub fallback: bool,
-    /// Set when a mark could not be programmed; the choice stands, but will be made anew at the next restart.
+    /// Set when a mark could not be programmed; the choice stands, but will be made anew at the
+    /// next restart.
     pub flash_failed: bool,
 }
 
@@ -120,16 +126,19 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         self.flash
     }
 
-    /// After a restart: looks at both slots, sets a failed model aside, and takes the model that is to run.
+    /// After a restart: looks at both slots, sets a failed model aside, and takes the model that is
+    /// to run.
     ///
-    /// Reads all of both slots and checks up to two signatures; programs at most four words, none when nothing has changed.
-    /// To be called once, before anything runs. Whatever the flash holds, this gives a model if a slot has a good one.
+    /// Reads all of both slots and checks up to two signatures; programs at most four words, none
+    /// when nothing has changed. To be called once, before anything runs. Whatever the flash
+    /// holds, this gives a model if a slot has a good one.
     pub fn start(&mut self, work: &mut Work) -> Started {
         let remembered = self.remembered();
         let mut flash_failed = remembered.is_err();
         let mut states = SlotName::ALL.map(|place| self.examine(place, work));
         let mut set_aside = None;
-        // Twice at most: a slot that was good a moment ago and now is not becomes refused, and the other one is taken.
+        // Twice at most: a slot that was good a moment ago and now is not becomes refused, and the
+        // other one is taken.
         for _ in SlotName::ALL {
             let choice = choice::choose(&states);
             if let Some(place) = choice.set_aside {
@@ -193,10 +202,12 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         self.active
     }
 
-    /// Marks the model that runs as proven, so that it stays; the other slot is then free for an upload.
+    /// Marks the model that runs as proven, so that it stays; the other slot is then free for an
+    /// upload.
     ///
     /// # Errors
-    /// The flash's, when the mark cannot be programmed or does not read back. The trial then goes on.
+    /// The flash's, when the mark cannot be programmed or does not read back. The trial then goes
+    /// on.
     pub fn confirm(&mut self) -> Result<(), SlotFault> {
         let Some(place) = self.active else {
             return Ok(());
@@ -207,7 +218,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         Ok(())
     }
 
-    /// The rig block of the model that runs, `into` filled from its beginning; `None` when it has none or the flash fails.
+    /// The rig block of the model that runs, `into` filled from its beginning; `None` when it has
+    /// none or the flash fails.
     pub fn rig<'a>(&mut self, rig_len: u32, into: &'a mut [u8]) -> Option<&'a [u8]> {
         let place = self.active?;
         let bytes = into
@@ -217,8 +229,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         Some(bytes)
     }
 
-    /// Whether what a header announces may be taken now: it is signed, for this device, newer than all that has proven itself, and
-    /// the flash may be erased once more. Erases nothing.
+    /// Whether what a header announces may be taken now: it is signed, for this device, newer than
+    /// all that has proven itself, and the flash may be erased once more. Erases nothing.
     fn admit(
         &mut self,
         header: &Header,
@@ -265,7 +277,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         Err(SlotFault::Flash)
     }
 
-    /// Says that a slot is not to be used. A word that power failed on counts already and is not programmed again.
+    /// Says that a slot is not to be used. A word that power failed on counts already and is not
+    /// programmed again.
     fn set_void(&mut self, place: SlotName) -> Result<(), SlotFault> {
         let mut word = ERASED;
         for offset in VOID_OFFSETS {
@@ -297,7 +310,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         }
     }
 
-    /// Makes a slot ready to be written: counted where it survives, void, so that nothing of it can ever run again, then erased.
+    /// Makes a slot ready to be written: counted where it survives, void, so that nothing of it can
+    /// ever run again, then erased.
     fn clear(&mut self, place: SlotName) -> Result<(), SlotFault> {
         let entry = self.remembered()?;
         self.remember(
@@ -317,7 +331,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         self.mark(place, BEGUN_OFFSET)
     }
 
-    /// Writes the seal behind content that has the digest of its header, checks it, and marks it sealed.
+    /// Writes the seal behind content that has the digest of its header, checks it, and marks it
+    /// sealed.
     fn seal(
         &mut self,
         place: SlotName,

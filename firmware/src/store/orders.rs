@@ -32,8 +32,8 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
         })
     }
 
-    /// Carries out what an order asks of the store, once; `Ok` when the rest of it may be done. The number of an order that was
-    /// carried out is in flash before anything of it happens.
+    /// Carries out what an order asks of the store, once; `Ok` when the rest of it may be done. The
+    /// number of an order that was carried out is in flash before anything of it happens.
     ///
     /// # Errors
     /// What is to be answered instead.

@@ -1,26 +1,30 @@
-//! When a new model has proven itself: when it has been evaluated for so many samples; and when it has had time enough.
+//! When a new model has proven itself: when it has been evaluated for so many samples; and when it
+//! has had time enough.
 
 /// How a trial ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// The model has run: [`Store::confirm`](super::Store::confirm) is due, from a task that may wait for flash.
+    /// The model has run: [`Store::confirm`](super::Store::confirm) is due, from a task that may
+    /// wait for flash.
     Proven,
     /// It has not run within its time: the one before it is to run again.
     TooLate,
 }
 
-/// Counts the healthy samples of a model on trial, and all of them. Costs two comparisons and two subtractions a sample, and no
-/// flash.
+/// Counts the healthy samples of a model on trial, and all of them. Costs two comparisons and two
+/// subtractions a sample, and no flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trial {
     length: u32,
     left: u32,
-    /// Sampling instants until it is too late, those without a sample among them; 0 when no trial goes on.
+    /// Sampling instants until it is too late, those without a sample among them; 0 when no trial
+    /// goes on.
     until_late: u32,
 }
 
 impl Trial {
-    /// A trial over so many healthy samples, at least one, which are to come `within` so many sampling instants.
+    /// A trial over so many healthy samples, at least one, which are to come `within` so many
+    /// sampling instants.
     pub const fn over(samples: u32, within: u32) -> Self {
         let length = if samples == 0 { 1 } else { samples };
         Self {
@@ -44,7 +48,8 @@ impl Trial {
         self.until_late != 0
     }
 
-    /// Takes a sample, `missed` instants after the one before it. Says once how the trial has ended.
+    /// Takes a sample, `missed` instants after the one before it. Says once how the trial has
+    /// ended.
     pub const fn sample(&mut self, healthy: bool, missed: u32) -> Option<Ended> {
         if self.until_late == 0 {
             return None;
@@ -63,7 +68,8 @@ impl Trial {
         None
     }
 
-    /// What proved the model could be marked, so that it is over; or not, so that it is to prove itself again in the time left.
+    /// What proved the model could be marked, so that it is over; or not, so that it is to prove
+    /// itself again in the time left.
     pub const fn marked(&mut self, marked: bool) {
         if marked {
             *self = Self::none();

@@ -1,8 +1,9 @@
 //! Taking a new model in over the serial line, chunk by chunk, into the slot that is not in use.
 //!
-//! Nothing is erased before the signed header of what is to come has been verified. Nothing here runs per sample. What takes long,
-//! and holds up everything on a chip that runs from the flash it writes, is the erasure in `begin` (about a second); a chunk costs
-//! some microseconds for each word.
+//! Nothing is erased before the signed header of what is to come has been verified. Nothing here
+//! runs per sample. What takes long, and holds up everything on a chip that runs from the flash it
+//! writes, is the erasure in `begin` (about a second); a chunk costs some microseconds for each
+//! word.
 
 use super::{SlotFault, SlotName, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
@@ -12,7 +13,8 @@ use jointwatch_shared::wire::telemetry::{
     Kind, Refusal, Signature, Slot, UploadReply, UploadRequest,
 };
 
-/// The device's side of an upload. An upload is a model, with or without a rig block right behind it.
+/// The device's side of an upload. An upload is a model, with or without a rig block right behind
+/// it.
 #[derive(Debug, Default)]
 pub struct Upload {
     under_way: Option<UnderWay>,
@@ -50,8 +52,9 @@ impl Upload {
 
     /// Takes one step that the host asks for, and says what to answer.
     ///
-    /// A step may come twice, because its answer was lost: the second time it changes nothing and has the same answer.
-    /// After [`UploadReply::Activated`] the new model runs from the next restart on.
+    /// A step may come twice, because its answer was lost: the second time it changes nothing and
+    /// has the same answer. After [`UploadReply::Activated`] the new model runs from the next
+    /// restart on.
     pub fn step<F: NorFlash, V: Verifier>(
         &mut self,
         store: &mut Store<F, V>,
@@ -70,7 +73,8 @@ impl Upload {
             }
         };
         let reply = outcome.unwrap_or_else(|why| {
-            // What begins another upload says itself when that ends the one under way: whoever may not, ends none.
+            // What begins another upload says itself when that ends the one under way: whoever may
+            // not, ends none.
             let goes_on = matches!(why, Refusal::WrongOffset { .. } | Refusal::EmptyChunk)
                 || matches!(request, UploadRequest::Begin { .. });
             if !goes_on {
@@ -91,7 +95,8 @@ impl Upload {
         signature: Option<Signature>,
     ) -> Result<UploadReply, Refusal> {
         match self.under_way {
-            // The host begins again because an answer, or its own process, was lost: what is in flash is kept.
+            // The host begins again because an answer, or its own process, was lost: what is in
+            // flash is kept.
             Some(now) if now.header == *header && now.signature == signature => {
                 return Ok(UploadReply::Accepted { next: now.next });
             }
@@ -129,7 +134,8 @@ impl Upload {
         if end > now.length() {
             return Err(Refusal::BeyondEnd);
         }
-        // Flash is written in words; the answer tells the host to begin the next chunk with what is left over.
+        // Flash is written in words; the answer tells the host to begin the next chunk with what is
+        // left over.
         let (words, _) = data.as_chunks::<4>();
         if words.is_empty() {
             return Err(Refusal::EmptyChunk);

@@ -59,7 +59,8 @@ pub struct Trust<V> {
     pub keys: [Option<V>; KEYS],
     /// The class of devices that this one belongs to.
     pub class: [u8; CLASS_LEN],
-    /// Whether a model that nobody signed is taken as well. A wrong signature is refused either way.
+    /// Whether a model that nobody signed is taken as well. A wrong signature is refused either
+    /// way.
     pub unsigned: bool,
 }
 

@@ -1,14 +1,17 @@
-//! A flash of two sectors whose power fails on command: in the middle of a word, of a write, of an erasure.
+//! A flash of two sectors whose power fails on command: in the middle of a word, of a write, of an
+//! erasure.
 //!
-//! A word that power failed on is in doubt: its bits were driven for too short a time, so that each reading of it may give
-//! another value, until it is programmed again or erased. A weak cell reads right as long as power lasts, and wrong afterwards.
+//! A word that power failed on is in doubt: its bits were driven for too short a time, so that each
+//! reading of it may give another value, until it is programmed again or erased. A weak cell reads
+//! right as long as power lasts, and wrong afterwards.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 use jointwatch_shared::wire::slot::{ENTRY_LEN, SLOT_LEN};
 
-/// Bytes of a sector: enough for a slot and some entries of its journal, and little enough to be copied a million times.
+/// Bytes of a sector: enough for a slot and some entries of its journal, and little enough to be
+/// copied a million times.
 pub(crate) const SECTOR: usize = SLOT_LEN + 30 * ENTRY_LEN;
 
 /// When power fails, and what the operation that it fails in has done by then.
@@ -132,7 +135,8 @@ impl Flash {
     }
 }
 
-/// Every cut of a session that did these operations, or, with `few`, only the first and last bytes of long writes.
+/// Every cut of a session that did these operations, or, with `few`, only the first and last bytes
+/// of long writes.
 pub(crate) fn cuts(operations: &[Operation], few: bool) -> Vec<Cut> {
     let mut cuts = Vec::new();
     for (operation, what) in operations.iter().enumerate() {
@@ -229,7 +233,8 @@ impl NorFlash for Flash {
         }
         use std::hash::{DefaultHasher, Hash, Hasher};
         let mut hasher = DefaultHasher::new();
-        // All but the journals: those differ by how often something was erased, which decides about no model.
+        // All but the journals: those differ by how often something was erased, which decides about
+        // no model.
         let of_slot = |at: usize| at % SECTOR < SLOT_LEN;
         for sector in self.bytes.chunks(SECTOR) {
             sector[..SLOT_LEN].hash(&mut hasher);
@@ -270,7 +275,8 @@ impl NorFlash for Flash {
         }
         if let Some(How::Doubtful(_)) = how {
             let end = (whole / 4 * 4 + 4).min(data.len());
-            // Driven towards `data`, for too short a time: may read as before or as programmed, bit by bit.
+            // Driven towards `data`, for too short a time: may read as before or as programmed, bit
+            // by bit.
             let doubtful = data[whole..end].iter().zip(offset + whole..);
             self.doubts.extend(doubtful.map(|(byte, at)| (at, !byte)));
         }

@@ -1,5 +1,6 @@
-//! What a device remembers of an alarm, whatever power does: one that stands is never lost, one that was acknowledged does not come back,
-//! and nothing else that the journal holds goes back either.
+//! What a device remembers of an alarm, whatever power does: one that stands is never lost, one
+//! that was acknowledged does not come back, and nothing else that the journal holds goes back
+//! either.
 
 use crate::failing_flash::{Cut, Flash, Operation, cuts};
 use jointwatch_firmware::store::{Store, Trust, Upload, Verifier};
@@ -66,7 +67,8 @@ fn restart(store: &mut Store<Flash, Anybody>) {
     order(store, Order::Restart);
 }
 
-/// The beginning of an upload: what is remembered goes to the other journal, and a sector is erased.
+/// The beginning of an upload: what is remembered goes to the other journal, and a sector is
+/// erased.
 fn erase(store: &mut Store<Flash, Anybody>) {
     let header = Header {
         rig_len: 0,
@@ -100,7 +102,8 @@ fn remembered(flash: &Flash, seed: u64) -> Entry {
     start(flash).remembered().expect("it can be read")
 }
 
-/// Goes through every cut of a session: what is remembered behind it has to be right, and what a second try leaves as well.
+/// Goes through every cut of a session: what is remembered behind it has to be right, and what a
+/// second try leaves as well.
 fn every_cut(
     before: &[Session],
     session: Session,
@@ -163,7 +166,8 @@ fn an_alarm_that_stands_outlasts_every_cut_of_an_erasure_and_of_an_order() {
     }
 }
 
-/// Another alarm does not take the place of the one that stands; something has to be written for power to fail on.
+/// Another alarm does not take the place of the one that stands; something has to be written for
+/// power to fail on.
 fn raise_again(store: &mut Store<Flash, Anybody>) {
     let mut other = ALARM;
     other.sample += 1;

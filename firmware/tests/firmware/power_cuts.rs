@@ -1,5 +1,6 @@
-//! Power fails at every flash operation of an update, at every byte of it, and twice in a row: the device then runs the old
-//! model or the new one, each with its own rig block, and the update can be done after all.
+//! Power fails at every flash operation of an update, at every byte of it, and twice in a row: the
+//! device then runs the old model or the new one, each with its own rig block, and the update can
+//! be done after all.
 
 use crate::failing_flash::{Cut, Flash, How, Operation, SECTOR, cuts};
 use crate::signing;
@@ -43,7 +44,8 @@ fn key() -> Key {
     Key::new(*signing::keys(0).pk)
 }
 
-/// The real check, its verdict remembered for each signature and content: a campaign judges the same bytes a million times.
+/// The real check, its verdict remembered for each signature and content: a campaign judges the
+/// same bytes a million times.
 #[derive(Clone, Copy)]
 struct Remembering<'a> {
     key: Key,
@@ -79,7 +81,8 @@ struct Campaign<'a, V> {
 }
 
 impl<V: Verifier + Copy> Campaign<'_, V> {
-    /// A restart: which model runs. Anything that is neither the old nor the new one, with its own rig block, is a bad state.
+    /// A restart: which model runs. Anything that is neither the old nor the new one, with its own
+    /// rig block, is a bad state.
     fn start(&self, flash: Flash) -> (Store<Flash, V>, Started, Ran) {
         let mut store = Store::new(
             flash,
@@ -110,8 +113,8 @@ impl<V: Verifier + Copy> Campaign<'_, V> {
         (store, started, ran)
     }
 
-    /// A user's whole update: restart, confirm what is on trial, upload, restart, run the trial, restart. Stops where power
-    /// does. Gives the flash.
+    /// A user's whole update: restart, confirm what is on trial, upload, restart, run the trial,
+    /// restart. Stops where power does. Gives the flash.
     fn update(&self, flash: Flash) -> Flash {
         let (mut store, started, ran) = self.start(flash);
         if started.trial {
@@ -162,7 +165,8 @@ impl<V: Verifier + Copy> Campaign<'_, V> {
         store.into_flash()
     }
 
-    /// After a cut: one restart gives the old or the new model, and three updates at most bring the new one.
+    /// After a cut: one restart gives the old or the new model, and three updates at most bring the
+    /// new one.
     fn survives(&self, flash: &Flash, seed: u64) {
         let mut flash = flash.clone();
         flash.power(None, seed);
@@ -336,7 +340,8 @@ fn one_cut_anywhere_from_which_a_model_that_counted_as_proven_goes_on() {
         old: Some(&old),
         new: &new,
     };
-    // The last operation says that the model has run. Power fails on it: it counts, until its cells are as they were before.
+    // The last operation says that the model has run. Power fails on it: it counts, until its cells
+    // are as they were before.
     let operation = operations(&campaign, &full).len() - 1;
     for count in 1..=3 {
         let how = How::Bytes(count);
@@ -378,7 +383,8 @@ fn on_two_models(test: impl FnOnce(&Campaign<'_, Remembering<'_>>, &Flash)) {
 fn every_pair_of_cuts() {
     on_two_models(|campaign, full| {
         let first_cuts = cuts(&operations(campaign, full), true);
-        // After a sector was erased whole, what happened before is forgotten: the same flash is gone through once.
+        // After a sector was erased whole, what happened before is forgotten: the same flash is
+        // gone through once.
         let seen = Mutex::new(HashSet::new());
         let (pairs, run) = (AtomicU64::new(0), AtomicU64::new(0));
         on_all_cores(&first_cuts, |number, &first| {
@@ -413,7 +419,8 @@ fn every_pair_of_cuts() {
     });
 }
 
-/// The bytes of a sector of which one cell is weak: all where a bit decides something by itself, and some of the others.
+/// The bytes of a sector of which one cell is weak: all where a bit decides something by itself,
+/// and some of the others.
 fn weak_places() -> impl Iterator<Item = usize> {
     let content = (0..8192).step_by(97);
     let marks = 8192..SLOT_LEN;

@@ -13,8 +13,8 @@ const EVERY: Duration = Duration::from_millis(50);
 
 /// Does work in threads of its own.
 ///
-/// `progress` is called with what is being done, how much of it is done (or None), and how many steps were taken so far. What it
-/// raises ends the work, as Ctrl-C does.
+/// `progress` is called with what is being done, how much of it is done (or None), and how many
+/// steps were taken so far. What it raises ends the work, as Ctrl-C does.
 pub(crate) fn followed<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

@@ -1,7 +1,9 @@
-//! The extension behind the Python package `jointwatch`: the library's own functions on numpy's arrays.
+//! The extension behind the Python package `jointwatch`: the library's own functions on numpy's
+//! arrays.
 //!
-//! The package in `python/jointwatch` is what users see. It describes their arrays, and it turns the JSON texts from here into
-//! objects. Everything that takes long lets go of Python's lock, and ends at Ctrl-C ([`follow`]).
+//! The package in `python/jointwatch` is what users see. It describes their arrays, and it turns
+//! the JSON texts from here into objects. Everything that takes long lets go of Python's lock, and
+//! ends at Ctrl-C ([`follow`]).
 
 mod errors;
 mod follow;

@@ -22,7 +22,8 @@ pub(crate) struct Model(pub(crate) Arc<jointwatch::Model>);
 /// A force that numpy owns.
 type Force<'py> = Bound<'py, PyArray1<f64>>;
 
-/// A record as a model sees it: file, and per axis its name, time, displacement, velocity, measured and predicted force.
+/// A record as a model sees it: file, and per axis its name, time, displacement, velocity, measured
+/// and predicted force.
 type Seen<'py> = (String, Vec<(String, [Force<'py>; 5])>);
 
 #[pymethods]
@@ -51,7 +52,8 @@ impl Model {
         raised(py, output::json_text(&*self.0))
     }
 
-    /// The force of every axis along rows of states, each contiguous, and of inputs with their names.
+    /// The force of every axis along rows of states, each contiguous, and of inputs with their
+    /// names.
     fn predict<'py>(
         &self,
         py: Python<'py>,

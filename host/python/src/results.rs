@@ -1,4 +1,5 @@
-//! What `compare`, `diagnose`, `add` and `respond` answer: JSON as on the command line, pictures, and the report's page.
+//! What `compare`, `diagnose`, `add` and `respond` answer: JSON as on the command line, pictures,
+//! and the report's page.
 
 use crate::errors::raised;
 use crate::follow::followed;

@@ -1,4 +1,5 @@
-//! `Plan` and the bytes of sums: what workers of an engine such as Spark need, without the study's own records.
+//! `Plan` and the bytes of sums: what workers of an engine such as Spark need, without the study's
+//! own records.
 
 use crate::errors::raised;
 use crate::model::Model;
@@ -22,7 +23,8 @@ pub(crate) struct Plan {
 
 #[pymethods]
 impl Plan {
-    /// The plan of a study; `description` is that of a study of arrays, empty for one that was read from a file.
+    /// The plan of a study; `description` is that of a study of arrays, empty for one that was read
+    /// from a file.
     #[staticmethod]
     fn of(py: Python<'_>, study: &Study, description: String) -> PyResult<Self> {
         let study = &*study.0;
@@ -137,7 +139,8 @@ pub(crate) fn describe_sums(py: Python<'_>, called: &str, bytes: &[u8]) -> PyRes
     .to_string())
 }
 
-/// A model of sums: `"polynomial"` by a fit, or `"physical"`; a study is what its errors are measured on.
+/// A model of sums: `"polynomial"` by a fit, or `"physical"`; a study is what its errors are
+/// measured on.
 #[pyfunction]
 pub(crate) fn identify_sums(
     py: Python<'_>,

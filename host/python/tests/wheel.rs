@@ -1,4 +1,5 @@
-//! The tests of the Python package, in Python: with the extension that cargo has just built, and the command line beside it.
+//! The tests of the Python package, in Python: with the extension that cargo has just built, and
+//! the command line beside it.
 
 use jointwatch_tests::program::{jointwatch, workspace};
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};

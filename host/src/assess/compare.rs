@@ -22,7 +22,8 @@ pub struct Comparison {
     pub verification: Vec<AxisError>,
     /// The same for records the model was not learnt from; empty when there are none.
     pub validation: Vec<AxisError>,
-    /// Where most of the error sits: on validation records, or on training records when there are no others.
+    /// Where most of the error sits: on validation records, or on training records when there are
+    /// no others.
     #[serde(rename = "where")]
     pub places: Vec<FailingRegion>,
 }
@@ -30,8 +31,8 @@ pub struct Comparison {
 /// Compares a model with every record of a study.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study is not one the model can be evaluated on: other axes, another rate, another unit
-/// or sign.
+/// [`crate::text::error::Kind::Data`] when the study is not one the model can be evaluated on:
+/// other axes, another rate, another unit or sign.
 pub fn compare(study: &Study, model: &ModelFile) -> Result<Comparison> {
     model.check_fits(study)?;
     let study = model.corrected(study)?;

@@ -1,4 +1,5 @@
-//! Everything `compare` answers: the figures of a model on a study, and what is wrong with the data.
+//! Everything `compare` answers: the figures of a model on a study, and what is wrong with the
+//! data.
 
 use crate::assess::compare::{self, Comparison};
 use crate::assess::data_checks;

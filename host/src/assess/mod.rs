@@ -1,4 +1,5 @@
-//! A model held against measurements: how large its errors are, where they sit, how loud the noise is, and whether the data can be trusted.
+//! A model held against measurements: how large its errors are, where they sit, how loud the noise
+//! is, and whether the data can be trusted.
 
 pub mod compare;
 pub mod compared;

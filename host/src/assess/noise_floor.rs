@@ -1,8 +1,8 @@
 //! What no model can explain: the noise floor of every axis.
 //!
-//! It is what is left on an axis while it rests, because sensors are as noisy then as ever. Where an axis never rests the
-//! spectrum of the residual beside the motion's frequencies stands in for it: above them for white noise, below them for
-//! noise that grows with one over the frequency.
+//! It is what is left on an axis while it rests, because sensors are as noisy then as ever. Where
+//! an axis never rests the spectrum of the residual beside the motion's frequencies stands in for
+//! it: above them for white noise, below them for noise that grows with one over the frequency.
 
 use super::unmeasured::Shape;
 use crate::model::per_record;
@@ -13,11 +13,11 @@ use crate::signal::spectrum::{Accumulator, window_for};
 use crate::study::Axis;
 use jointwatch_shared::base::terms::EffectValues;
 
-/// An axis rests in a record where displacement, velocity and force are under these parts of their largest RMS; the force
-/// channel is noisier than the encoder.
+/// An axis rests in a record where displacement, velocity and force are under these parts of their
+/// largest RMS; the force channel is noisier than the encoder.
 const AT_REST_BELOW: [f64; 3] = [0.03, 0.03, 0.2];
-/// What is left is more than noise where it is so many times what its high frequencies suggest: noise that grows towards low
-/// frequencies makes it three or four times as much.
+/// What is left is more than noise where it is so many times what its high frequencies suggest:
+/// noise that grows towards low frequencies makes it three or four times as much.
 const ACTS: f64 = 6.0;
 /// The part of the spectrum that stands in for rest, as shares of half the sample rate.
 const TAIL: [f64; 2] = [0.6, 0.9];
@@ -30,8 +30,8 @@ const SLOW_WINDOW_S: f64 = 4.0;
 const MOVES: f64 = 1e-2;
 /// Fewer lines of the spectrum than this say nothing.
 const MIN_LINES: usize = 1;
-/// Where noise that grows towards low frequencies is taken to end, Hz: slower than that it is a drift of the zero, which a
-/// constant force takes up.
+/// Where noise that grows towards low frequencies is taken to end, Hz: slower than that it is a
+/// drift of the zero, which a constant force takes up.
 const SLOWEST_HZ: f64 = 0.1;
 
 /// The noise floor of one axis.
@@ -43,9 +43,11 @@ pub(crate) struct Floor {
     pub(crate) most: f64,
     /// Whether it was seen at rest.
     pub(crate) at_rest: bool,
-    /// Whether what was seen at rest is too much for noise: something that nobody measures acts on the axis.
+    /// Whether what was seen at rest is too much for noise: something that nobody measures acts on
+    /// the axis.
     pub(crate) acts_at_rest: bool,
-    /// Whether on an axis that never rests the spectrum of what is left ends, as that of a force does and that of noise does not.
+    /// Whether on an axis that never rests the spectrum of what is left ends, as that of a force
+    /// does and that of noise does not.
     pub(crate) ends: bool,
 }
 
@@ -71,8 +73,8 @@ pub(crate) fn floors(
     floors_under(axes, motions, low_pass, predicted, terms, inertia)
 }
 
-/// The same under any prediction, a series per record and axis, wide-band; of `terms` only those that stand in no prediction are
-/// read, the lines of the mains.
+/// The same under any prediction, a series per record and axis, wide-band; of `terms` only those
+/// that stand in no prediction are read, the lines of the mains.
 pub(crate) fn floors_under(
     axes: &[Axis],
     motions: &[&Motion],
@@ -142,7 +144,8 @@ impl<'a> Band<'a> {
         }
     }
 
-    /// The floor of an axis that was at rest, from its residuals there; `None` where there are no rows.
+    /// The floor of an axis that was at rest, from its residuals there; `None` where there are no
+    /// rows.
     fn floor_at_rest<'r>(
         &self,
         residuals: impl Iterator<Item = &'r [f64]> + Clone,
@@ -168,7 +171,8 @@ impl<'a> Band<'a> {
         })
     }
 
-    /// The floor of an axis that never rests, from the spectrum of its residuals beside the motion's frequencies.
+    /// The floor of an axis that never rests, from the spectrum of its residuals beside the
+    /// motion's frequencies.
     fn floor_from_spectrum<'r>(
         &self,
         residuals: impl Iterator<Item = &'r [f64]> + Clone,
@@ -195,7 +199,8 @@ impl<'a> Band<'a> {
     }
 }
 
-/// The records in which an axis rests, by how much its displacement, its velocity and, where it is given, its force vary in each.
+/// The records in which an axis rests, by how much its displacement, its velocity and, where it is
+/// given, its force vary in each.
 fn resting<const N: usize>(activity: &[[f64; N]]) -> Vec<bool> {
     let largest: [f64; N] =
         std::array::from_fn(|i| activity.iter().map(|a| a[i]).fold(0.0, f64::max));
@@ -233,8 +238,9 @@ fn from_tail<'a>(residuals: impl Iterator<Item = &'a [f64]> + Clone, low_pass: &
     (quietest * passed).sqrt()
 }
 
-/// RMS of noise whose power falls with one over the frequency, behind the low-pass, as the residual shows it at frequencies lower than
-/// those of the motion; 0 where the motion leaves no room there. `white` is the RMS of the white noise behind the low-pass.
+/// RMS of noise whose power falls with one over the frequency, behind the low-pass, as the residual
+/// shows it at frequencies lower than those of the motion; 0 where the motion leaves no room there.
+/// `white` is the RMS of the white noise behind the low-pass.
 fn slow<'a>(
     residuals: impl Iterator<Item = &'a [f64]> + Clone,
     motion: impl Iterator<Item = &'a [f64]>,
@@ -276,7 +282,8 @@ fn slow<'a>(
     (per_octave.max(0.0) * (band_hz / SLOWEST_HZ).ln().max(0.0)).sqrt()
 }
 
-/// A symmetric band-pass about a frequency, both as shares of half the sample rate: a cosine under a Hann window.
+/// A symmetric band-pass about a frequency, both as shares of half the sample rate: a cosine under
+/// a Hann window.
 fn band_pass(center: f64, width: f64) -> Vec<f64> {
     let half = (2.0 / width).ceil() as i32;
     (-half..=half)

@@ -1,24 +1,30 @@
 //! Whether what no model explains is noise, or a force that nobody measures.
 //!
-//! Noise of sensors is white, or grows towards low frequencies, or both: its density nowhere rises with the frequency, and falls ever less
-//! steeply. A force has frequencies of its own: its density stands above what is below them, and ends where they end.
+//! Noise of sensors is white, or grows towards low frequencies, or both: its density nowhere rises
+//! with the frequency, and falls ever less steeply. A force has frequencies of its own: its density
+//! stands above what is below them, and ends where they end.
 
 use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
 
 /// Length of the windows of the spectrum, s.
 const WINDOW_S: f64 = 4.0;
-/// Windows that a record has to have room for, beside each other; shorter ones do in a short record.
+/// Windows that a record has to have room for, beside each other; shorter ones do in a short
+/// record.
 const WINDOWS: usize = 3;
-/// Octaves below the band's end that are looked at; the lowest begins at two hertz in a band of 128 Hz. Lower ones have too few lines.
+/// Octaves below the band's end that are looked at; the lowest begins at two hertz in a band of 128
+/// Hz. Lower ones have too few lines.
 const OCTAVES: usize = 6;
 /// Fewer lines than this say nothing of an octave.
 const MIN_LINES: usize = 4;
-/// A density has risen where it is so many times that of a lower octave: those of single octaves scatter.
+/// A density has risen where it is so many times that of a lower octave: those of single octaves
+/// scatter.
 const ABOVE: f64 = 1.6;
 /// The part of the power that has to have risen.
 const PART: f64 = 0.4;
-/// How far a density may bend where no force ends: the square of that of an octave beside the product of those of both neighbours. Sums of white
-/// noise and of noise that grows with powers of one over the frequency do not bend down at all; a low-pass of first order does, by less than this.
+/// How far a density may bend where no force ends: the square of that of an octave beside the
+/// product of those of both neighbours. Sums of white noise and of noise that grows with powers of
+/// one over the frequency do not bend down at all; a low-pass of first order does, by less than
+/// this.
 const BEND: f64 = 2.0;
 /// Standard deviations of an octave's density that are left to chance.
 const CHANCE: f64 = 3.0;
@@ -72,7 +78,8 @@ impl Shape {
             return None;
         }
         lines.sort_by(f64::total_cmp);
-        // A Hann window makes neighbouring lines alike, so that two of three count; a median scatters a quarter more than a mean.
+        // A Hann window makes neighbouring lines alike, so that two of three count; a median
+        // scatters a quarter more than a mean.
         Some(Octave {
             density: lines[lines.len() / 2],
             scatter: 1.25 * (1.5 / (lines.len() as f64 * self.windows)).sqrt(),
@@ -80,7 +87,8 @@ impl Shape {
         })
     }
 
-    /// Whether much of the power in the band is not noise, because its density rises: of residuals at rest.
+    /// Whether much of the power in the band is not noise, because its density rises: of residuals
+    /// at rest.
     pub(super) fn rises(&self) -> bool {
         let (mut all, mut risen) = (0.0, 0.0);
         let mut least = f64::INFINITY;
@@ -95,7 +103,8 @@ impl Shape {
         risen > PART * all
     }
 
-    /// Whether the density ends somewhere in the band or within an octave above it: falls there much more steeply than below.
+    /// Whether the density ends somewhere in the band or within an octave above it: falls there
+    /// much more steeply than below.
     pub(super) fn ends(&self) -> bool {
         let octaves: Vec<Option<Octave>> = (0..=OCTAVES)
             .map(|below| self.octave(2.0 * self.band_hz, below))
@@ -119,7 +128,8 @@ mod tests {
 
     const RATE: f64 = 1000.0;
 
-    /// White noise, the same summed up so that it grows towards low frequencies, and the same in a band about 20 Hz.
+    /// White noise, the same summed up so that it grows towards low frequencies, and the same in a
+    /// band about 20 Hz.
     fn series(rng: &mut StdRng) -> [Vec<f64>; 3] {
         let white: Vec<f64> = (0..20_000).map(|_| rng.random_range(-1.0..1.0)).collect();
         let (mut level, mut slow) = (0.0, Vec::new());

@@ -1,7 +1,8 @@
-//! `jointwatch demo`: every step on a simulated rig with a hidden effect, in a folder that the user can go on with.
+//! `jointwatch demo`: every step on a simulated rig with a hidden effect, in a folder that the user
+//! can go on with.
 //!
-//! Every step is a command as the user would type it, printed and then run through the same parser; the emulated device is
-//! the one step that has no command of its own.
+//! Every step is a command as the user would type it, printed and then run through the same parser;
+//! the emulated device is the one step that has no command of its own.
 
 use super::console::Console;
 use super::lab;
@@ -22,7 +23,8 @@ use std::path::{Path, PathBuf};
 /// Runs a command given as words, as a user would type them; quietly if told so.
 pub(super) type RunWords = fn(&[&str], bool) -> Result<()>;
 
-/// Points at which the emulated device and the host evaluate the model, besides the corners of its range.
+/// Points at which the emulated device and the host evaluate the model, besides the corners of its
+/// range.
 const POINTS: u32 = 100_000;
 
 /// The slot that the blob is loaded into, as the firmware calls it.
@@ -36,10 +38,12 @@ const LISTED: [&str; 4] = ["stiffness", "viscous", "clearance", "clearance_coupl
 /// Options of `jointwatch demo`.
 #[derive(Args)]
 pub(crate) struct Demo {
-    /// The folder to make; jointwatch-demo, or the first free jointwatch-demo-2, -3, … when left out.
+    /// The folder to make; jointwatch-demo, or the first free jointwatch-demo-2, -3, … when left
+    /// out.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Seed of the story: which effect is hidden on which axis and how strongly, the rig's drives and its noise.
+    /// Seed of the story: which effect is hidden on which axis and how strongly, the rig's drives
+    /// and its noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Open the lab on it at the end, in the browser.
@@ -187,7 +191,8 @@ fn line(words: &[&str]) -> String {
     format!("jointwatch {}", words.join(" "))
 }
 
-/// Effects with a larger tag hold simpler ones as special cases: hidden with drawn strengths they would be those.
+/// Effects with a larger tag hold simpler ones as special cases: hidden with drawn strengths they
+/// would be those.
 const LAST_SHOWN: u8 = 24;
 
 /// Which effect of the joint a seed hides, on which axis, and its share of the RMS force.
@@ -255,10 +260,11 @@ fn read_json(path: &str) -> Result<Value> {
     serde_json::from_str(&text).map_err(|e| failed(e.to_string()))
 }
 
-/// Runs the self-test image with the blob in its flash slot, and holds its digest against the host's.
+/// Runs the self-test image with the blob in its flash slot, and holds its digest against the
+/// host's.
 ///
-/// A missing emulator or device toolchain is a reason to leave the step out and say so; a digest that differs is a
-/// failure.
+/// A missing emulator or device toolchain is a reason to leave the step out and say so; a digest
+/// that differs is a failure.
 fn emulate(console: &Console, blob: &Path) -> Result<String> {
     let working = console.working("building the firmware and running it in QEMU");
     let image = match selftest::require_qemu().and_then(|_| selftest::selftest(Board::Stm32f405)) {

@@ -1,4 +1,5 @@
-//! Two examples for every command's help. They are parsed by the tests, so that they cannot go stale.
+//! Two examples for every command's help. They are parsed by the tests, so that they cannot go
+//! stale.
 
 use clap::Command;
 

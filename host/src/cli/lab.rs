@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 /// Options of `jointwatch lab`.
 #[derive(Args)]
 pub(crate) struct Lab {
-    /// A study.toml or its folder, or logs of one folder that no study describes yet, and after it a model (.json) to begin
-    /// with; the working folder when left out.
+    /// A study.toml or its folder, or logs of one folder that no study describes yet, and after it
+    /// a model (.json) to begin with; the working folder when left out.
     #[arg(value_name = "STUDY|LOG… [MODEL]")]
     named: Vec<PathBuf>,
     /// The port on 127.0.0.1; any free one when left out.

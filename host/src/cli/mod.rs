@@ -24,10 +24,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use study::{init, inspect, select, simulate};
 
-/// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements, and export it for a
-/// microcontroller.
+/// Learn a mechanical joint's restoring force from rig logs, compare the model with measurements,
+/// and export it for a microcontroller.
 ///
-/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data; 4 what --fail-on names was found.
+/// Exit codes: 0 done; 1 could not be done; 2 wrong use; 3 bad data; 4 what --fail-on names was
+/// found.
 #[derive(Parser)]
 #[command(name = "jointwatch", version, max_term_width = 110)]
 pub struct Cli {
@@ -55,31 +56,38 @@ struct Global {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a 10-second demo: a simulated rig with one effect hidden in its joint, which the tool then finds, up to the
-    /// firmware on an emulated microcontroller.
+    /// Run a 10-second demo: a simulated rig with one effect hidden in its joint, which the tool
+    /// then finds, up to the firmware on an emulated microcontroller.
     Demo(demo::Demo),
-    /// Simulate a rig with a nonlinear joint and write its study: study.toml, records, and the truth beside them.
+    /// Simulate a rig with a nonlinear joint and write its study: study.toml, records, and the
+    /// truth beside them.
     Simulate(simulate::Simulate),
-    /// Write a study.toml for your logs: guesses columns, units, rate, signs and roles, and explains every key.
+    /// Write a study.toml for your logs: guesses columns, units, rate, signs and roles, and
+    /// explains every key.
     Init(init::Init),
     /// Learn a model from the training records of a study.
     Identify(identify::Identify),
-    /// Sum records into a part: parts of any records merge exactly, and `identify --from` makes a model of them.
+    /// Sum records into a part: parts of any records merge exactly, and `identify --from` makes a
+    /// model of them.
     Accumulate(accumulate::Accumulate),
     /// Add up parts that `accumulate` wrote; any order and any partition gives the same bytes.
     Merge(merge::Merge),
-    /// Make a smaller study of many records: segments that cover state space, amplitude and time, the same ones in any order.
+    /// Make a smaller study of many records: segments that cover state space, amplitude and time,
+    /// the same ones in any order.
     Select(select::Select),
-    /// Compare a model with the records of a study, verification and validation apart, and say where it fails.
+    /// Compare a model with the records of a study, verification and validation apart, and say
+    /// where it fails.
     Compare(compare::Compare),
-    /// Say which physical effect a model lacks, how sure that is, and where it fails; or that nothing is missing, that it
-    /// is something unknown, or that the data are at fault.
+    /// Say which physical effect a model lacks, how sure that is, and where it fails; or that
+    /// nothing is missing, that it is something unknown, or that the data are at fault.
     Diagnose(diagnose::Diagnose),
-    /// Say what is different in a joint since its model was made: parameters, effects, and the old model's error then and now.
+    /// Say what is different in a joint since its model was made: parameters, effects, and the old
+    /// model's error then and now.
     Changed(changed::Change),
     /// Add physical effects to a model, find all values anew, and show the errors before and after.
     Add(add::Add),
-    /// List the physical effects, or explain one: equation, parameters, what its absence looks like, its loop.
+    /// List the physical effects, or explain one: equation, parameters, what its absence looks
+    /// like, its loop.
     Effects(effects::Effects),
     /// Turn a model into the blob that the device evaluates.
     Export(export::Export),
@@ -87,25 +95,30 @@ enum Command {
     Inspect(inspect::Inspect),
     /// Run the device's integer code on the records of a study, from raw counts on.
     Replay(replay::Replay),
-    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and compare every bit with replay;
-    /// or, with --serve, let it run on and on for `monitor --tcp`.
+    /// Run the firmware itself under QEMU, its sensor chips fed with the records of a study, and
+    /// compare every bit with replay; or, with --serve, let it run on and on for `monitor
+    /// --tcp`.
     Emulate(emulate::Emulate),
-    /// Show what a device says, from its serial port, a TCP address or a file that holds it: on a terminal as a screen with state,
-    /// plots and sensors, else as a line per message.
+    /// Show what a device says, from its serial port, a TCP address or a file that holds it: on a
+    /// terminal as a screen with state, plots and sensors, else as a line per message.
     ///
-    /// Ends with the file, with --seconds, with q or Ctrl-C, and then says how many messages were lost or damaged. With
-    /// --json FILE every message is a line of JSON, written as it comes; --json - prints those in place of the text.
+    /// Ends with the file, with --seconds, with q or Ctrl-C, and then says how many messages were
+    /// lost or damaged. With --json FILE every message is a line of JSON, written as it comes;
+    /// --json - prints those in place of the text.
     Monitor(monitor::Monitor),
-    /// Fetch the counts that a device keeps from before and after its alarm, as a file for study-from.
+    /// Fetch the counts that a device keeps from before and after its alarm, as a file for
+    /// study-from.
     Capture(capture::Capture),
     /// Turn what a device sent into records and a study.toml, lost frames into gaps.
     StudyFrom(study_from::StudyFrom),
-    /// Put a model in place of the joint, integrate the equation of motion for a record's drive, and compare the motions.
+    /// Put a model in place of the joint, integrate the equation of motion for a record's drive,
+    /// and compare the motions.
     Respond(respond::Respond),
-    /// Open a local page on which the whole loop is done with a mouse: read a log, identify, compare, see what is missing, add it,
-    /// undo, export.
+    /// Open a local page on which the whole loop is done with a mouse: read a log, identify,
+    /// compare, see what is missing, add it, undo, export.
     Lab(lab::Lab),
-    /// Hold the tool against the paper it comes from: its figures and its two headline ratios, computed anew, as a page.
+    /// Hold the tool against the paper it comes from: its figures and its two headline ratios,
+    /// computed anew, as a page.
     Paper(paper::Paper),
     /// Make a pair of keys: one to sign models with, one to build into the firmware.
     Keygen(keygen::Keygen),
@@ -129,7 +142,8 @@ fn command_line() -> clap::Command {
 }
 
 impl Cli {
-    /// Reads the command line of this process, with examples in every help; ends the process where it is wrong or asks for help.
+    /// Reads the command line of this process, with examples in every help; ends the process where
+    /// it is wrong or asks for help.
     pub fn from_command_line() -> Self {
         let mut command = command_line();
         let matches = command.get_matches_mut();

@@ -1,4 +1,5 @@
-//! Files that a command is about to write, looked at before it begins: none may be one that it reads, or writes besides.
+//! Files that a command is about to write, looked at before it begins: none may be one that it
+//! reads, or writes besides.
 
 use super::console::Console;
 use crate::study::Study;
@@ -9,12 +10,12 @@ use std::any::TypeId;
 use std::path::{Path, PathBuf};
 
 impl Console {
-    /// Refuses outputs (those given and the one of `--json`) that could not be written, or that are a record of the study.
-    /// [`refuse_overwriting`] has looked at everything that was typed.
+    /// Refuses outputs (those given and the one of `--json`) that could not be written, or that are
+    /// a record of the study. [`refuse_overwriting`] has looked at everything that was typed.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Failed`] where a folder is missing or a folder is in the way, [`crate::text::error::Kind::Usage`] where
-    /// a record would be written over; one sentence.
+    /// [`crate::text::error::Kind::Failed`] where a folder is missing or a folder is in the way,
+    /// [`crate::text::error::Kind::Usage`] where a record would be written over; one sentence.
     pub(super) fn check_outputs(&self, outputs: &[&Path], study: &Study) -> Result<()> {
         let json = self
             .json_file()
@@ -35,7 +36,8 @@ impl Console {
     }
 }
 
-/// Options and arguments that name what a command writes, by their names in clap; every other path is one that it reads.
+/// Options and arguments that name what a command writes, by their names in clap; every other path
+/// is one that it reads.
 const WRITTEN: [&str; 8] = [
     "output", "json", "report", "contents", "plots", "record", "frames", "out",
 ];
@@ -43,8 +45,8 @@ const WRITTEN: [&str; 8] = [
 /// The arguments that are logs.
 const LOGS: &str = "logs";
 
-/// Refuses a command line on which an output is also an input, or two outputs are one file. It sees the paths as typed; the
-/// records that a study names are for [`Console::check_outputs`].
+/// Refuses a command line on which an output is also an input, or two outputs are one file. It sees
+/// the paths as typed; the records that a study names are for [`Console::check_outputs`].
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Usage`], one sentence.
@@ -98,7 +100,8 @@ mod tests {
     use std::any::TypeId;
     use std::path::PathBuf;
 
-    /// Options that name what a command reads; an argument without an option is read too, but for those of [`WRITTEN`].
+    /// Options that name what a command reads; an argument without an option is read too, but for
+    /// those of [`WRITTEN`].
     const READ: [&str; 9] = [
         "from", "rig", "model", "beside", "new", "key", "study", "named", "data",
     ];

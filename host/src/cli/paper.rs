@@ -18,8 +18,8 @@ pub(crate) struct Paper {
     /// Trainings of each network from different random weights, of which the best is kept.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u8).range(1..=50))]
     restarts: u8,
-    /// The folder that holds the measured joints' folders, emps and brfd; the folder data in that of the environment variable
-    /// JOINTWATCH_DATA, or ../shared/data, when left out.
+    /// The folder that holds the measured joints' folders, emps and brfd; the folder data in that
+    /// of the environment variable JOINTWATCH_DATA, or ../shared/data, when left out.
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }

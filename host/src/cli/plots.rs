@@ -1,4 +1,5 @@
-//! The option `--plots DIR`: pictures of a model on its study, drawn first and written when everything else went well.
+//! The option `--plots DIR`: pictures of a model on its study, drawn first and written when
+//! everything else went well.
 
 use super::console::Console;
 use crate::assess::compare::Comparison;
@@ -15,8 +16,9 @@ use std::path::PathBuf;
 /// Where the pictures go.
 #[derive(Args, Clone, Default)]
 pub(super) struct Plots {
-    /// Draw pictures (SVG) into this folder: force and residual over time, phase plots, the residual over the state plane
-    /// with the failing region framed, and the staircase of errors where effects are added.
+    /// Draw pictures (SVG) into this folder: force and residual over time, phase plots, the
+    /// residual over the state plane with the failing region framed, and the staircase of
+    /// errors where effects are added.
     #[arg(long = "plots", id = "plots", value_name = "DIR")]
     folder: Option<PathBuf>,
 }
@@ -75,7 +77,8 @@ impl Plots {
         self.with_staircase(study, &added.model, &steps, &floors)
     }
 
-    /// The pictures of a model, and a staircase of errors: what was done step by step, and the floor of each axis.
+    /// The pictures of a model, and a staircase of errors: what was done step by step, and the
+    /// floor of each axis.
     pub(super) fn with_staircase(
         &self,
         study: &Study,

@@ -1,4 +1,5 @@
-//! The option `--report FILE`: a page that shows a model on its study, made before anything is printed and written at the end.
+//! The option `--report FILE`: a page that shows a model on its study, made before anything is
+//! printed and written at the end.
 
 use super::console::Console;
 use crate::diagnose::Diagnosis;
@@ -18,8 +19,8 @@ use std::path::{Path, PathBuf};
 /// Where the page goes.
 #[derive(Args, Clone, Default)]
 pub(super) struct Report {
-    /// Write a page (HTML, one file, opens without a network) that shows the model on its study: errors, forces over time, loops,
-    /// the residual and where it is large.
+    /// Write a page (HTML, one file, opens without a network) that shows the model on its study:
+    /// errors, forces over time, loops, the residual and where it is large.
     #[arg(long = "report", id = "report", value_name = "FILE")]
     file: Option<PathBuf>,
     /// Write what that page shows as JSON, for the lab's page.
@@ -67,7 +68,8 @@ impl Report {
         self.page(Asked::of_applied(command(), study, before, applied))
     }
 
-    /// The page of a joint that may have changed: the old model on the new records, and beside it one of the joint as it is now.
+    /// The page of a joint that may have changed: the old model on the new records, and beside it
+    /// one of the joint as it is now.
     pub(super) fn of_change(
         &self,
         old: &ModelFile,

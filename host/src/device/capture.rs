@@ -33,8 +33,8 @@ pub struct Fetched {
 /// A read of `line` that brings nothing gives no bytes, or fails as timed out.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Failed`] when the device does not answer, when it keeps no counts, and when it keeps those of another
-/// alarm before all are fetched.
+/// [`crate::text::error::Kind::Failed`] when the device does not answer, when it keeps no counts,
+/// and when it keeps those of another alarm before all are fetched.
 pub fn fetch(
     line: &mut (impl Read + Write),
     mut progress: impl FnMut(u16, u16),

@@ -18,11 +18,12 @@ use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use serde::Serialize;
 use std::path::Path;
 
-/// The largest part of an axis's RMS training force that fixed point may cost, unless `--budget` says otherwise.
+/// The largest part of an axis's RMS training force that fixed point may cost, unless `--budget`
+/// says otherwise.
 ///
-/// The bounds of a network are larger than those of a polynomial: its neurons cancel, and what each of them may be off by
-/// goes with its output weight, which a fit can make a thousand times the force. One part in a thousand is still a tenth
-/// of what a good network itself misses.
+/// The bounds of a network are larger than those of a polynomial: its neurons cancel, and what each
+/// of them may be off by goes with its output weight, which a fit can make a thousand times the
+/// force. One part in a thousand is still a tenth of what a good network itself misses.
 pub fn default_budget(base: &Base) -> f64 {
     match base {
         Base::Polynomial(_) | Base::None(_) => 1e-5,
@@ -69,12 +70,12 @@ impl Exported {
 
 /// Brings a model to fixed point and measures what that costs.
 ///
-/// `budget` is the largest error bound allowed, as a part of each axis's RMS training force; [`default_budget`] when there
-/// is none.
+/// `budget` is the largest error bound allowed, as a part of each axis's RMS training force;
+/// [`default_budget`] when there is none.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] naming the coefficient or the neuron when the model cannot be held within the budget, and
-/// the number of neurons when the device has not as many.
+/// [`crate::text::error::Kind::Data`] naming the coefficient or the neuron when the model cannot be
+/// held within the budget, and the number of neurons when the device has not as many.
 pub fn export(file: &ModelFile, budget: Option<f64>) -> Result<Exported> {
     let budget = budget.unwrap_or_else(|| default_budget(&file.base));
     let refuse = |e: jointwatch_shared::fault::Error| {
@@ -179,7 +180,8 @@ fn followed_on<'a>(file: &'a ModelFile, effects: &'a [EffectValues], axis: usize
     names
 }
 
-/// Refuses inputs that a device cannot follow: it has one channel an axis, and has to know the range.
+/// Refuses inputs that a device cannot follow: it has one channel an axis, and has to know the
+/// range.
 fn check_inputs(file: &ModelFile, effects: &[EffectValues]) -> Result<()> {
     for (index, axis) in file.axes.iter().enumerate() {
         let name = match followed_on(file, effects, index)[..] {
@@ -296,8 +298,8 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
         .map(corner)
         .chain((0..POINTS).map(|_| points.next_point()));
     let inputs: Vec<[i32; 4]> = inputs.collect();
-    // The f64 model is asked at the very numbers that the integers stand for, and at 1 where Q31 has only its
-    // neighbour: that difference is part of what fixed point costs.
+    // The f64 model is asked at the very numbers that the integers stand for, and at 1 where Q31
+    // has only its neighbour: that difference is part of what fixed point costs.
     let real = |value: i32| {
         if value == i32::MAX {
             1.0
@@ -349,7 +351,8 @@ fn largest_errors(file: &ModelFile, model: &Model) -> Result<Vec<f64>> {
 /// Reads and checks a blob.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] with the file and the reason for which the device would refuse it too.
+/// [`crate::text::error::Kind::Data`] with the file and the reason for which the device would
+/// refuse it too.
 pub fn read_blob(path: &Path) -> Result<Model> {
     let bytes = input::read(path).map_err(|e| {
         Error::data(format!(

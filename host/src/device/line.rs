@@ -1,4 +1,5 @@
-//! The host's end of a line to a device: requests go out with a number, reports come in, and silence is no error.
+//! The host's end of a line to a device: requests go out with a number, reports come in, and
+//! silence is no error.
 
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};

@@ -1,4 +1,5 @@
-//! What goes to the device and what comes back: export, the rig block, limits of the monitor, replay, telemetry, keys, upload.
+//! What goes to the device and what comes back: export, the rig block, limits of the monitor,
+//! replay, telemetry, keys, upload.
 
 pub mod capture;
 pub mod export;

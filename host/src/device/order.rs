@@ -1,6 +1,7 @@
 //! Orders: what a device does only when its owner signs for it.
 //!
-//! A device tells the number of its next order when it introduces itself, and takes an order that is signed with it once.
+//! A device tells the number of its next order when it introduces itself, and takes an order that
+//! is signed with it once.
 
 use super::line::Line;
 use crate::device::signing::PrivateKey;
@@ -10,7 +11,8 @@ use jointwatch_shared::wire::telemetry::{Access, Answered, Report, Request, Sign
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-/// How long to wait for an answer before the request is sent again; an entry of the journal takes a fraction of it.
+/// How long to wait for an answer before the request is sent again; an entry of the journal takes a
+/// fraction of it.
 const WAIT: Duration = Duration::from_millis(700);
 /// How often a request is sent.
 const TRIES: u16 = 8;
@@ -20,8 +22,8 @@ const TRIES: u16 = 8;
 /// A read of `line` that brings nothing gives no bytes, or fails as timed out.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the device does not trust the key, [`crate::text::error::Kind::Failed`] when it does not
-/// answer or cannot carry the order out.
+/// [`crate::text::error::Kind::Data`] when the device does not trust the key,
+/// [`crate::text::error::Kind::Failed`] when it does not answer or cannot carry the order out.
 pub fn give(line: &mut (impl Read + Write), order: Order, key: &PrivateKey) -> Result<()> {
     let mut owner = Owner(Line::new(line, "try again"));
     for _ in 0..TRIES {
@@ -92,8 +94,8 @@ impl<L: Read + Write> Owner<'_, L> {
         ))
     }
 
-    /// Whether an order was carried out whose answer did not come: the next number tells, or that something else was done meanwhile.
-    /// So where more than the number tells it, that counts.
+    /// Whether an order was carried out whose answer did not come: the next number tells, or that
+    /// something else was done meanwhile. So where more than the number tells it, that counts.
     fn is_done(&mut self, order: Order, before: &Access) -> Result<bool> {
         let now = self.access()?;
         let only_this_key = order != Order::RevokeOther || now.keys != before.keys;

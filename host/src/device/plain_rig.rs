@@ -23,8 +23,9 @@ const PAIR_DISTANCE_M: f64 = 0.1;
 /// Where a study states no encoder step, the displacement's range is cut into this many counts.
 const COUNTS_WITHOUT_ENCODER: f64 = (1 << 22) as f64;
 
-/// The rig that a study describes, as the device would be configured for it if every force channel were right; [`super::replay::corrected`] is the
-/// rig as it is. Its chips are wired in a plain order, and there may be more counters than a board has.
+/// The rig that a study describes, as the device would be configured for it if every force channel
+/// were right; [`super::replay::corrected`] is the rig as it is. Its chips are wired in a plain
+/// order, and there may be more counters than a board has.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model.
@@ -83,8 +84,8 @@ pub(crate) fn rig(study: &Study, model: &Model, filters: &Filters) -> Result<Rig
     })
 }
 
-/// Counters in the order of the axes, one converter channel each for the force and one for what effects follow, a pair of accelerometers on
-/// rotations.
+/// Counters in the order of the axes, one converter channel each for the force and one for what
+/// effects follow, a pair of accelerometers on rotations.
 fn plain_wiring(study: &Study, followed: &Followed) -> Wiring {
     let mut wiring = Wiring {
         counters: [None; COUNTERS],

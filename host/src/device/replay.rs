@@ -1,4 +1,5 @@
-//! The device's integer code run on a logged record: from raw counts to the residual, with the device's own bits.
+//! The device's integer code run on a logged record: from raw counts to the residual, with the
+//! device's own bits.
 
 use crate::device::followed::Followed;
 use crate::device::plain_rig;
@@ -41,9 +42,11 @@ pub struct RecordReplay {
     pub file: String,
     /// Outputs of the chain: the rows less those that fill its filters.
     pub outputs: usize,
-    /// Part of the outputs with a state outside the training range, where the device holds the state at its edge.
+    /// Part of the outputs with a state outside the training range, where the device holds the
+    /// state at its edge.
     pub outside_range: f64,
-    /// FNV-1a digest of every output's bits, hexadecimal: two devices that agree on it agreed on every bit.
+    /// FNV-1a digest of every output's bits, hexadecimal: two devices that agree on it agreed on
+    /// every bit.
     pub digest: String,
     /// Figures by axis name.
     pub axes: BTreeMap<String, AxisReplay>,
@@ -61,7 +64,8 @@ pub fn corrected(rig: &Rig, corrections: &[ForceCorrection; 2]) -> Rig {
     rig
 }
 
-/// A record as the sensors would have counted it; `rig` is what their converters are set to, not what is put right afterwards.
+/// A record as the sensors would have counted it; `rig` is what their converters are set to, not
+/// what is put right afterwards.
 fn raw_counts(record: &Record, followed: &Followed, rig: &Rig) -> Vec<RawSample> {
     (0..record.rows)
         .map(|row| {
@@ -128,11 +132,12 @@ pub struct SetUp {
 }
 
 impl SetUp {
-    /// Designs the filters for the bands that the model states, and turns the study into the device's integers.
+    /// Designs the filters for the bands that the model states, and turns the study into the
+    /// device's integers.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when the study's axes or sample rate are not the model's, or when a quantity
-    /// cannot be held in the device's integers.
+    /// [`crate::text::error::Kind::Data`] when the study's axes or sample rate are not the model's,
+    /// or when a quantity cannot be held in the device's integers.
     pub fn new(study: &Study, model: &Model) -> Result<Self> {
         let filters = filters(study, model)?;
         let converters = plain_rig::rig(study, model, &filters)?;
@@ -158,8 +163,8 @@ impl SetUp {
     /// The device with the rig block that it holds, fed with the records of a study.
     ///
     /// # Errors
-    /// As [`SetUp::new`], and [`crate::text::error::Kind::Data`] when the block is for another model, and when
-    /// its wiring cannot give a record.
+    /// As [`SetUp::new`], and [`crate::text::error::Kind::Data`] when the block is for another
+    /// model, and when its wiring cannot give a record.
     pub fn of_block(study: &Study, model: &Model, block: &Rig) -> Result<Self> {
         if block.model_checksum != blob::checksum_of(model) {
             return Err(Error::data(
@@ -276,7 +281,8 @@ fn summarise(
             .iter()
             .filter(|o| o.saturated & (1 << index) != 0)
             .count();
-        // Both lose half the derivatives' length; where counters are late, the outputs begin a little after the motion.
+        // Both lose half the derivatives' length; where counters are late, the outputs begin a
+        // little after the motion.
         let mut measured = motion.measured_force(
             index,
             axis.inertia
@@ -285,7 +291,8 @@ fn summarise(
             axis.restoring_force,
         );
         if !model.corrections()[index].hum.is_none() {
-            // What stood in the channel beside the force only the device knows, that has followed it.
+            // What stood in the channel beside the force only the device knows, that has followed
+            // it.
             let places = measured[rows.clone()].iter_mut().zip(&outputs);
             places.for_each(|(force, o)| *force = f64::from(o.measured[index]) * unit);
         }
@@ -314,7 +321,8 @@ fn summarise(
     }
 }
 
-/// The residual in the band against the measured force in the band, over outputs whose state was inside the range.
+/// The residual in the band against the measured force in the band, over outputs whose state was
+/// inside the range.
 fn figures(
     outputs: &[Output],
     axis: usize,
@@ -326,7 +334,8 @@ fn figures(
     let half = chain.band_delay() - chain.delay();
     let band = signal::fir::to_f64(chain.band());
     let measured = low_pass(measured, &band);
-    // The low-passed residual of output n belongs to output n − half, the low-passed force at n − 2·half to the same.
+    // The low-passed residual of output n belongs to output n − half, the low-passed force at n −
+    // 2·half to the same.
     let values = outputs.iter().enumerate();
     let values = values.filter_map(|(at, o)| Some((at, o.residual_band?)));
     let inside = values.filter_map(|(at, residual)| {

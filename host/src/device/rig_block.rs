@@ -1,4 +1,5 @@
-//! The rig block: what a device is told about its rig, from a `rig.toml` or from a study's own records, and back in words.
+//! The rig block: what a device is told about its rig, from a `rig.toml` or from a study's own
+//! records, and back in words.
 
 use crate::device::monitor_limits;
 use crate::device::plain_rig;
@@ -26,7 +27,8 @@ const ACCELEROMETER_STEP: f64 = 16.0;
 /// The rig that a `rig.toml` describes, with the filters and corrections of a model.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`], one sentence with the line, or the quantity that the device cannot hold.
+/// [`crate::text::error::Kind::Data`], one sentence with the line, or the quantity that the device
+/// cannot hold.
 pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
     let text = input::read_to_string(path).map_err(|e| {
         Error::data(format!(
@@ -54,11 +56,12 @@ pub fn of_file(path: &Path, model: &Model) -> Result<Rig> {
     finished(path, &converters, model)
 }
 
-/// The rig as `replay` sets it up for a study: steps from the records' ranges, and chips in a plain order. It is what an
-/// emulated board is set to, not a real one.
+/// The rig as `replay` sets it up for a study: steps from the records' ranges, and chips in a plain
+/// order. It is what an emulated board is set to, not a real one.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or needs more counters than a board has.
+/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or needs more counters
+/// than a board has.
 pub fn of_study(study: &Study, model: &Model) -> Result<Rig> {
     let header = model.header();
     let filters = Filters::for_bands(study.sample_rate_hz, header.band_hz, header.state_band_hz)?;
@@ -98,10 +101,12 @@ fn finished(path: &Path, converters: &Rig, model: &Model) -> Result<Rig> {
     Ok(rig)
 }
 
-/// Puts the monitor's limits into a block: from the study's validation records, as this board's sensors would count them.
+/// Puts the monitor's limits into a block: from the study's validation records, as this board's
+/// sensors would count them.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study does not fit the model or the board, or has too little validation.
+/// [`crate::text::error::Kind::Data`] when the study does not fit the model or the board, or has
+/// too little validation.
 pub fn set_limits(
     block: &mut Rig,
     study: &Study,
@@ -136,8 +141,8 @@ pub fn usable_limits<'a>(block: &'a Rig, model: &Model) -> std::result::Result<&
     }
 }
 
-/// Refuses the bytes of a rig block that cannot be used, or that is not for the model of this blob; of a blob that is no model, nothing is
-/// said.
+/// Refuses the bytes of a rig block that cannot be used, or that is not for the model of this blob;
+/// of a blob that is no model, nothing is said.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`], what is wrong with the block and what to do.
@@ -198,7 +203,8 @@ pub fn begins_like_one(bytes: &[u8]) -> bool {
 /// Reads and checks a rig block's bytes, those of the file `path`.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] with the file and the reason for which the device would refuse it too.
+/// [`crate::text::error::Kind::Data`] with the file and the reason for which the device would
+/// refuse it too.
 pub fn decode(path: &Path, bytes: &[u8]) -> Result<Rig> {
     rig_block::decode(bytes).map_err(|e| Error::data(format!("{}: {e}", path.display())))
 }
@@ -355,7 +361,8 @@ fn connections(wiring: &Wiring) -> Table {
     table
 }
 
-/// The cumulative sums of an axis with their names and the worth of one unit: octaves of power, or per cent of the force.
+/// The cumulative sums of an axis with their names and the worth of one unit: octaves of power, or
+/// per cent of the force.
 fn sums(axis: &AxisLimits) -> [(&'static str, Cusum, f64, &'static str); SIDES] {
     let [gone, unexpected] = axis.gross_sums();
     let (octave, percent) = (1.0 / f64::from(OCTAVE), 100.0 / f64::from(SHARE));

@@ -1,8 +1,9 @@
 //! Sending a signed model to the device over a line that loses and damages frames.
 //!
-//! One request is under way at a time. When its answer does not come, it is sent again; the device answers a step that it has
-//! taken already as it did the first time. A device that restarted in the middle is begun with again, and an upload that this
-//! program did not finish goes on where it stopped.
+//! One request is under way at a time. When its answer does not come, it is sent again; the device
+//! answers a step that it has taken already as it did the first time. A device that restarted in
+//! the middle is begun with again, and an upload that this program did not finish goes on where it
+//! stopped.
 
 use super::line::Line;
 use crate::device::signing::SignedModel;
@@ -16,7 +17,8 @@ use std::time::{Duration, Instant};
 /// How long to wait for answers.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
-    /// Reads in a row that bring nothing before a request is sent again. A serial port's read waits [`READ_TIMEOUT`].
+    /// Reads in a row that bring nothing before a request is sent again. A serial port's read
+    /// waits [`READ_TIMEOUT`].
     pub silent_reads: u32,
     /// The same while the device erases a sector and while it checks a signature.
     pub silent_reads_at_work: u32,
@@ -35,7 +37,8 @@ impl Default for Patience {
     fn default() -> Self {
         Self {
             silent_reads: 10,
-            // A sector takes up to 2 s to erase (DS8626, “Flash memory programming”, 128 KiB at 32-bit parallelism).
+            // A sector takes up to 2 s to erase (DS8626, “Flash memory programming”, 128 KiB at
+            // 32-bit parallelism).
             silent_reads_at_work: 80,
             longest: Duration::from_secs(8),
             tries: 30,
@@ -49,7 +52,8 @@ impl Default for Patience {
 pub struct Uploaded {
     /// Bytes of model and rig block.
     pub bytes: u32,
-    /// The slot that the model went into. The device restarts by itself about a second later, and runs it on trial.
+    /// The slot that the model went into. The device restarts by itself about a second later, and
+    /// runs it on trial.
     pub slot: Option<Slot>,
     /// Where an earlier upload of the same model had stopped, if this one went on from there.
     pub went_on_at: u32,
@@ -62,8 +66,8 @@ pub struct Uploaded {
 /// A read of `line` that brings nothing gives no bytes, or fails as timed out.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the device refuses the model, [`crate::text::error::Kind::Failed`] when it does not answer or
-/// cannot take a model now.
+/// [`crate::text::error::Kind::Data`] when the device refuses the model,
+/// [`crate::text::error::Kind::Failed`] when it does not answer or cannot take a model now.
 pub fn upload(
     line: &mut (impl Read + Write),
     model: &SignedModel,
@@ -143,7 +147,8 @@ impl<L: Read + Write> UploadSession<'_, L> {
                 offset,
                 data: rest.iter().copied().take(MAX_CHUNK).collect(),
             };
-            // An answer that does not go beyond this chunk's beginning belongs to an earlier one that was sent twice.
+            // An answer that does not go beyond this chunk's beginning belongs to an earlier one
+            // that was sent twice.
             let reply = self.ask(
                 &chunk,
                 |reply| matches!(reply, UploadReply::Accepted { next } if *next > offset),

@@ -1,8 +1,10 @@
-//! A logged record as the chips of a wired rig would give it: the wiring gone through from the chain back to the chips.
+//! A logged record as the chips of a wired rig would give it: the wiring gone through from the
+//! chain back to the chips.
 //!
-//! Where the wiring puts two quantities onto one chip, a log has to hold the same of both. What a converter cannot reach
-//! stands at its rail, as on the board. A skew that the rig block states is taken off on the device as on the board; the record
-//! is given as it was logged, without that skew.
+//! Where the wiring puts two quantities onto one chip, a log has to hold the same of both. What a
+//! converter cannot reach stands at its rail, as on the board. A skew that the rig block states is
+//! taken off on the device as on the board; the record is given as it was logged, without that
+//! skew.
 
 use crate::device::followed::Followed;
 use crate::signal::motion::Filters;
@@ -25,7 +27,8 @@ pub struct Wired {
     followed: Followed,
 }
 
-/// What one axis of one row comes to in counts; `None` where the record has no such channel and another one gives it.
+/// What one axis of one row comes to in counts; `None` where the record has no such channel and
+/// another one gives it.
 struct Wanted {
     far: i64,
     near: Option<i64>,
@@ -39,8 +42,9 @@ impl Wired {
     /// The rig fed with the records of a study.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when the block is for another rate or other filters than the model, when a record lacks a
-    /// channel that the rig measures, and when the wiring gives two channels from one chip that differ in a record.
+    /// [`crate::text::error::Kind::Data`] when the block is for another rate or other filters than
+    /// the model, when a record lacks a channel that the rig measures, and when the wiring
+    /// gives two channels from one chip that differ in a record.
     pub fn new(study: &Study, model: &Model, filters: &Filters, rig: &Rig) -> Result<Self> {
         let axes = study.axes.len();
         if rig.axes.len() != axes || rig.wiring.axes.len() != axes {
@@ -152,7 +156,8 @@ impl Wired {
             chips.converter(Some(wiring.force), wanted.force);
             chips.converter(wiring.input, wanted.input);
         }
-        // What one direction gives alone comes first: a pair that shares it then has its other half left.
+        // What one direction gives alone comes first: a pair that shares it then has its other half
+        // left.
         for alone in [true, false] {
             for (wiring, wanted) in &wanted {
                 if wiring.acceleration[1].is_none() == alone

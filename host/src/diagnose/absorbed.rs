@@ -1,8 +1,9 @@
 //! How much of a missing effect a polynomial or a network follows already, without naming it.
 //!
-//! A polynomial is asked what it could make of the effect's force: the force, along the training motion and in the common
-//! band, is fitted by the polynomial with the penalty that its own fit had. A network's functions came out of its training and
-//! cannot be asked afresh, so its residual is: a model that follows the part s of an effect by least squares leaves a residual on
+//! A polynomial is asked what it could make of the effect's force: the force, along the training
+//! motion and in the common band, is fitted by the polynomial with the penalty that its own fit
+//! had. A network's functions came out of its training and cannot be asked afresh, so its residual
+//! is: a model that follows the part s of an effect by least squares leaves a residual on
 //! whose effect's force the regression factor is 1 − s.
 
 use super::answer::Absorbed;
@@ -19,7 +20,8 @@ use crate::text::error::Result;
 use faer::Mat;
 use jointwatch_shared::effect::Subsystem;
 
-/// The shares of effects with these values that the model's base follows; none for a physical model.
+/// The shares of effects with these values that the model's base follows; none for a physical
+/// model.
 pub(super) fn absorbed(
     study: &Study,
     prepared: &Prepared,
@@ -56,7 +58,8 @@ pub(super) fn absorbed(
     Ok(absorbed)
 }
 
-/// Per effect and axis: 1 less the factor of the effect's force in the model's residual, all effects side by side.
+/// Per effect and axis: 1 less the factor of the effect's force in the model's residual, all
+/// effects side by side.
 fn by_residual(
     study: &Study,
     prepared: &Prepared,

@@ -1,4 +1,5 @@
-//! Adding effects to a model: everything is found anew together, and the errors before and after stand side by side.
+//! Adding effects to a model: everything is found anew together, and the errors before and after
+//! stand side by side.
 
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
@@ -22,7 +23,8 @@ use std::path::Path;
 
 /// An effect that lowers no axis's error by this part is of no help.
 pub(super) const MIN_HELP: f64 = 0.01;
-/// Two effects that cancel are kept for their sum up to this size: beyond it their values lose more than a digit and a half.
+/// Two effects that cancel are kept for their sum up to this size: beyond it their values lose more
+/// than a digit and a half.
 const MAX_PAIR: f64 = 30.0;
 
 /// Errors of one axis on one record.
@@ -63,7 +65,8 @@ pub struct Added {
     pub helps: bool,
     /// Whether every noise floor was seen on an axis at rest.
     pub floors_at_rest: bool,
-    /// An effect so large that only another one cancels it, and how many times as large as is usual: the two are one too many.
+    /// An effect so large that only another one cancels it, and how many times as large as is
+    /// usual: the two are one too many.
     pub cancels: Option<(String, f64)>,
     /// An effect that has a value which it cannot have, and did not have in the model before.
     pub unphysical: Option<String>,
@@ -72,7 +75,8 @@ pub struct Added {
 }
 
 impl Added {
-    /// Whether no value is one that an effect cannot have, none is there to be cancelled by another one, and the records tell all.
+    /// Whether no value is one that an effect cannot have, none is there to be cancelled by another
+    /// one, and the records tell all.
     pub(super) fn means_something(&self) -> bool {
         self.cancels.is_none() && self.unphysical.is_none() && self.undetermined.is_none()
     }
@@ -88,11 +92,12 @@ impl Added {
     }
 }
 
-/// Adds effects (`coulomb@x`, …) to a model of a study and finds all values anew, those of a polynomial or a network as well.
+/// Adds effects (`coulomb@x`, …) to a model of a study and finds all values anew, those of a
+/// polynomial or a network as well.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`]: an effect that is not known, is there already, acts on an axis that is not there or does what
-/// the model does without it; a study that is not the model's.
+/// [`crate::text::error::Kind::Data`]: an effect that is not known, is there already, acts on an
+/// axis that is not there or does what the model does without it; a study that is not the model's.
 pub fn add(study: &Study, from: &ModelFile, effects: &[String]) -> Result<Added> {
     let prepared = Prepared::for_model(study, from)?;
     let mut added = add_to(study, &prepared, from, effects)?;
@@ -119,7 +124,8 @@ pub(super) fn add_to(
     let Some((other, times)) = added.cancels.take() else {
         return Ok(added);
     };
-    // What was added takes the place of the other one, as a damper of some power may that of a viscous one.
+    // What was added takes the place of the other one, as a damper of some power may that of a
+    // viscous one.
     let (listed, mut change) = (effects.join(", "), added.errors.clone());
     if !effects.contains(&other) {
         let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
@@ -134,7 +140,8 @@ pub(super) fn add_to(
             }
         }
     }
-    // Together they may be the only description of a law that has no name here: better a force that is right than none.
+    // Together they may be the only description of a law that has no name here: better a force that
+    // is right than none.
     if change.halves() && times <= MAX_PAIR {
         added.model.warnings.push(format!(
             "{listed} and {other} cancel for the most part: their sum describes the force, neither value means anything by itself"
@@ -145,7 +152,8 @@ pub(super) fn add_to(
     Ok(added)
 }
 
-/// The model with all of its parts found anew beside these terms, which hold the added `effects`, and its errors.
+/// The model with all of its parts found anew beside these terms, which hold the added `effects`,
+/// and its errors.
 pub(super) fn refitted(
     study: &Study,
     prepared: &Prepared,
@@ -214,7 +222,8 @@ pub(super) fn refitted(
     })
 }
 
-/// The model with all of its parts found anew beside these terms; once more without those that have no strength beside what is added.
+/// The model with all of its parts found anew beside these terms; once more without those that have
+/// no strength beside what is added.
 fn learnt_without_vanished(
     study: &Study,
     prepared: &Prepared,
@@ -355,7 +364,8 @@ fn training_rows(prepared: &Prepared, study: &Study) -> f64 {
     motions.iter().map(|m| m.rows()).sum::<usize>() as f64
 }
 
-/// Per axis, the strength of the penalty on a model's base, beside products that are means over the rows.
+/// Per axis, the strength of the penalty on a model's base, beside products that are means over the
+/// rows.
 pub(crate) fn strengths(prepared: &Prepared, study: &Study, model: &ModelFile) -> Vec<f64> {
     // α/β of a network stands beside sums over the rows it was trained on.
     let rows = match model.base {

@@ -59,7 +59,8 @@ pub struct CandidateParameter {
     pub value: f64,
     /// The SI unit.
     pub unit: String,
-    /// The interval that covers the true value in 95 of 100 such experiments; none when the records do not say.
+    /// The interval that covers the true value in 95 of 100 such experiments; none when the
+    /// records do not say.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -97,7 +98,8 @@ pub struct Absorbed {
     pub effect: String,
     /// The axis on which its force is looked at.
     pub axis: String,
-    /// Part of the power of its force, about the mean and in the common band, on the training records; 0 to 1.
+    /// Part of the power of its force, about the mean and in the common band, on the training
+    /// records; 0 to 1.
     pub share: f64,
 }
 
@@ -106,7 +108,8 @@ pub struct Absorbed {
 pub struct Remainder {
     /// The axis.
     pub axis: String,
-    /// RMS of what the effects found leave, over the RMS force; on blocks of the training records that were not learnt from.
+    /// RMS of what the effects found leave, over the RMS force; on blocks of the training records
+    /// that were not learnt from.
     pub relative_error: f64,
     /// Part of its power that a learner without physics still takes away; 0 to 1.
     pub explainable: f64,
@@ -136,7 +139,8 @@ pub struct Looked {
 pub struct Diagnosis {
     /// In a word.
     pub verdict: Verdict,
-    /// What the errors per axis are measured on: validation records, or held-out blocks where the study has none.
+    /// What the errors per axis are measured on: validation records, or held-out blocks where the
+    /// study has none.
     pub judged_on: JudgedOn,
     /// RMS error over RMS force of the model that was brought, per axis.
     pub relative_error_before: PerAxis,
@@ -148,10 +152,11 @@ pub struct Diagnosis {
     pub found: Vec<Found>,
     /// Candidates for the first of them, best first.
     pub ranked: Vec<Ranked>,
-    /// How likely it is that nothing is missing (`none`), something without a name (`unknown`), that the data are at fault (`data`), and that
-    /// each effect acts.
+    /// How likely it is that nothing is missing (`none`), something without a name (`unknown`),
+    /// that the data are at fault (`data`), and that each effect acts.
     pub probabilities: BTreeMap<String, f64>,
-    /// What is left beside what was found, where a learner without physics could still take some of it away.
+    /// What is left beside what was found, where a learner without physics could still take some
+    /// of it away.
     pub remainder: Vec<Remainder>,
     /// Every set of effects that was looked at, when asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -194,8 +199,9 @@ pub(super) fn in_words_found(added: &[AxisEffect], axes: &[&str]) -> Vec<Found> 
     found
 }
 
-/// Candidates for the first missing effect, best first; one that is missing on each axis stands once, for both. What was found has its
-/// values beside everything else that was: alone it may have next to none.
+/// Candidates for the first missing effect, best first; one that is missing on each axis stands
+/// once, for both. What was found has its values beside everything else that was: alone it may have
+/// next to none.
 pub(super) fn in_words_ranked(
     search: &Search,
     found: &[Found],

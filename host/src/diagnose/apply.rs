@@ -1,4 +1,5 @@
-//! Diagnose, add what is missing, diagnose again, until nothing is missing: the staircase of errors.
+//! Diagnose, add what is missing, diagnose again, until nothing is missing: the staircase of
+//! errors.
 
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
@@ -24,9 +25,11 @@ pub const WITHOUT: &str = "without ";
 /// One tread of the staircase.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
-    /// What was added last, `coulomb@x`; empty for the model that was brought, and where an effect was left out again.
+    /// What was added last, `coulomb@x`; empty for the model that was brought, and where an effect
+    /// was left out again.
     pub added: Vec<String>,
-    /// The effect whose place it takes, where that explains no more with more values; the effect that was left out, where nothing was added.
+    /// The effect whose place it takes, where that explains no more with more values; the effect
+    /// that was left out, where nothing was added.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instead_of: Option<String>,
     /// RMS error over RMS force per axis, with everything that was added so far.
@@ -34,7 +37,8 @@ pub struct Step {
 }
 
 impl Step {
-    /// What it did, `coulomb@x`, `coulomb@x instead` or `without coulomb@x`; `None` for the model that was brought.
+    /// What it did, `coulomb@x`, `coulomb@x instead` or `without coulomb@x`; `None` for the model
+    /// that was brought.
     pub fn label(&self) -> Option<String> {
         let names = self.added.join(", ");
         match (&self.instead_of, self.added.is_empty()) {
@@ -71,7 +75,8 @@ pub struct Applied {
     pub staircase: Staircase,
 }
 
-/// Diagnoses a model, adds what is found one after the other, and diagnoses again, until nothing is missing.
+/// Diagnoses a model, adds what is found one after the other, and diagnoses again, until nothing is
+/// missing.
 ///
 /// `each` is told what was added.
 ///
@@ -142,8 +147,8 @@ pub fn apply(
     })
 }
 
-/// The model without an effect that was added, or with its special case, where that does as well: what made it necessary may have been
-/// found since. Each that was added is tried once.
+/// The model without an effect that was added, or with its special case, where that does as well:
+/// what made it necessary may have been found since. Each that was added is tried once.
 fn simplify(
     (study, prepared): (&Study, &Prepared),
     model: &ModelFile,
@@ -170,8 +175,9 @@ fn simplify(
     Ok(None)
 }
 
-/// The model without an effect, or with its special case in its place, as dry friction is of one with a strength per direction, and the name of
-/// that; `None` where the error on any axis is clearly higher with either.
+/// The model without an effect, or with its special case in its place, as dry friction is of one
+/// with a strength per direction, and the name of that; `None` where the error on any axis is
+/// clearly higher with either.
 ///
 /// # Errors
 /// As [`add::add`].
@@ -222,8 +228,8 @@ fn listed(found: &[Found]) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// Whether what was found last explains next to nothing of all that is explained beside the model that was brought, and not most of what
-/// was left either.
+/// Whether what was found last explains next to nothing of all that is explained beside the model
+/// that was brought, and not most of what was left either.
 fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
     let power = |errors: &PerAxis| errors.values().map(|e| e * e).sum::<f64>();
     let (before, after) = (
@@ -236,8 +242,8 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
 
 /// Adds what was found, one after the other; says why when nothing could be added.
 ///
-/// An effect that does not help by itself, or has no physical value there, waits for the others: of two that act together the smaller one
-/// may help only beside the larger.
+/// An effect that does not help by itself, or has no physical value there, waits for the others: of
+/// two that act together the smaller one may help only beside the larger.
 fn add_all(
     (study, prepared): (&Study, &Prepared),
     model: &mut ModelFile,

@@ -1,4 +1,5 @@
-//! What is different in a joint now: a model of before, held against records taken since, and against what these records give.
+//! What is different in a joint now: a model of before, held against records taken since, and
+//! against what these records give.
 
 use super::{Found, Verdict, diagnose};
 use crate::assess::compare;
@@ -9,8 +10,8 @@ use crate::study::{Record, Role, Source, Study};
 use crate::text::error::{Error, Result};
 use serde::Serialize;
 
-/// The old model's error has grown when it is this many times what it was on its own validation records: records of one joint differ
-/// by less.
+/// The old model's error has grown when it is this many times what it was on its own validation
+/// records: records of one joint differ by less.
 const GREW: f64 = 1.5;
 
 /// Everything `changed` has to say.
@@ -71,7 +72,8 @@ pub struct ParameterChange {
     pub difference: f64,
     /// What the difference may be, by the two 95 % intervals; none where a model states none.
     pub interval: Option<[f64; 2]>,
-    /// Whether the difference counts: the two intervals do not overlap. None where they are not known.
+    /// Whether the difference counts: the two intervals do not overlap. None where they are not
+    /// known.
     pub counts: Option<bool>,
 }
 
@@ -83,10 +85,12 @@ pub struct Now {
     pub model: Option<ModelFile>,
 }
 
-/// Holds a model against records taken since. Without a `new` model, the effects of the old one are fitted anew to the new records.
+/// Holds a model against records taken since. Without a `new` model, the effects of the old one are
+/// fitted anew to the new records.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`]: a study that is not the model's, or whose records are all those that it was made with.
+/// [`crate::text::error::Kind::Data`]: a study that is not the model's, or whose records are all
+/// those that it was made with.
 pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Result<(Changed, Now)> {
     old.check_fits(study)?;
     let mut notes = Vec::new();
@@ -156,8 +160,9 @@ pub fn changed(study: &Study, old: &ModelFile, new: Option<&ModelFile>) -> Resul
     Ok((changed, now))
 }
 
-/// The parameters of a model that are others on records which it has not seen: what a diagnosis finds anew in silence. None where a record
-/// was seen, the model has no effects alone, or there is nothing to learn from.
+/// The parameters of a model that are others on records which it has not seen: what a diagnosis
+/// finds anew in silence. None where a record was seen, the model has no effects alone, or there is
+/// nothing to learn from.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`]: a study that is not the model's.
@@ -191,7 +196,8 @@ fn fresh(study: &Study, seen: &[Option<Role>]) -> Result<Study> {
         let sources = study.sources.iter().zip(seen);
         let mut its = sources.filter(|(s, _)| s.file == record.file && s.role == record.role);
         let several = its.clone().nth(1).is_some();
-        // A file may stand there twice, with rows that the old model has learnt from and with others.
+        // A file may stand there twice, with rows that the old model has learnt from and with
+        // others.
         let is_it = |s: &Source| !several || (s.rows[0]..s.rows[1]).contains(&record.first_row);
         its.any(|(s, seen)| seen.is_some() && is_it(s))
     };

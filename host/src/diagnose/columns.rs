@@ -1,7 +1,9 @@
-//! Columns of the logs that the study does not name: those that what a model leaves follows become inputs.
+//! Columns of the logs that the study does not name: those that what a model leaves follows become
+//! inputs.
 //!
-//! A column is asked before any law is: the learner without physics is taught what the base leaves, once from the motion alone and once from
-//! the motion and the column. A column that lets it predict unseen blocks better is an input, whatever the law.
+//! A column is asked before any law is: the learner without physics is taught what the base leaves,
+//! once from the motion alone and once from the motion and the column. A column that lets it
+//! predict unseen blocks better is an input, whatever the law.
 
 use super::base::base_of;
 use super::decide::chances::is_gained;
@@ -20,17 +22,20 @@ use crate::study::Study;
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
-/// A column of whose power the study's channels explain more than this part, by linear regression, is one of them again: another sensor of the
-/// same motion or force, or what a controller makes of them. In public logs voltages and positions of actuators have up to 0.36, load
-/// cells beside the one that counts 0.5 to 0.97.
+/// A column of whose power the study's channels explain more than this part, by linear regression,
+/// is one of them again: another sensor of the same motion or force, or what a controller makes of
+/// them. In public logs voltages and positions of actuators have up to 0.36, load cells beside the
+/// one that counts 0.5 to 0.97.
 const ONE_OF_THE_CHANNELS: f64 = 0.5;
-/// A column of which the time leaves no more than this part is the time again. A temperature rises with time as well, and joints follow it.
+/// A column of which the time leaves no more than this part is the time again. A temperature rises
+/// with time as well, and joints follow it.
 const A_CLOCK: f64 = 1e-3;
 /// Rows that the regression looks at: every so manieth of more.
 const MAX_ROWS: usize = 20_000;
 
-/// Of what a column lets the learner take away, the part that it may explain as a force by itself; with more it is a force, of which no law of
-/// the joint is a cause: one that the study leaves out, or the same one again.
+/// Of what a column lets the learner take away, the part that it may explain as a force by itself;
+/// with more it is a force, of which no law of the joint is a cause: one that the study leaves out,
+/// or the same one again.
 const BY_ITSELF: f64 = 0.5;
 
 /// What the columns that a study does not name say of what a model leaves.
@@ -41,7 +46,8 @@ pub struct Columns {
     pub notes: Vec<String>,
 }
 
-/// Holds every column of the logs that the study does not name against what a model leaves; nothing where there are none.
+/// Holds every column of the logs that the study does not name against what a model leaves; nothing
+/// where there are none.
 ///
 /// # Errors
 /// As [`super::diagnose_asked`].
@@ -132,7 +138,8 @@ impl Axis<'_> {
         takes_more(&without, &with)
     }
 
-    /// The columns that what the base leaves follows, the most telling first, each with whether it is a force by itself.
+    /// The columns that what the base leaves follows, the most telling first, each with whether it
+    /// is a force by itself.
     fn follows(&self, offered: &[&'static str]) -> Vec<(&'static str, bool)> {
         if offered.is_empty() {
             return Vec::new();
@@ -170,8 +177,9 @@ impl Axis<'_> {
         follows
     }
 
-    /// What the learner takes away of what a design leaves, when it knows the motion, the record and these inputs: a column that only tells
-    /// the records apart says no more than that the joint differs from one to the next.
+    /// What the learner takes away of what a design leaves, when it knows the motion, the record
+    /// and these inputs: a column that only tells the records apart says no more than that the
+    /// joint differs from one to the next.
     fn taken(&self, design: &[Column], inputs: &[&'static str]) -> Taken {
         let inputs = Inputs::new(&self.bench, self.axes, inputs);
         let left = inputs.left(&self.bench, design, false);
@@ -192,7 +200,8 @@ impl Axis<'_> {
     }
 }
 
-/// Whether a learner that knows more takes away more, by more than chance, and more than every model of a real joint is wrong by.
+/// Whether a learner that knows more takes away more, by more than chance, and more than every
+/// model of a real joint is wrong by.
 fn takes_more(before: &Taken, after: &Taken) -> bool {
     let power = before.power[1] - after.power[1];
     is_gained(&after.gains_beside(before)) && power > before.least_share.powi(2)
@@ -229,7 +238,8 @@ fn is_news(motions: &[&Motion], name: &str) -> bool {
         && left_by(&channels, column) > 1.0 - ONE_OF_THE_CHANNELS
 }
 
-/// The part of a column's power about its mean that linear regression on others leaves; the first of them is the constant.
+/// The part of a column's power about its mean that linear regression on others leaves; the first
+/// of them is the constant.
 fn left_by(others: &[Vec<f64>], mut column: Vec<f64>) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut basis: Vec<Vec<f64>> = Vec::new();

@@ -19,7 +19,8 @@ use crate::text::error::Result;
 /// Windows that a spectrum of what is left is the mean of, where the records are long enough.
 const WINDOWS: usize = 12;
 
-/// What a model's terms leave of the force of every axis, on other records than they were solved for.
+/// What a model's terms leave of the force of every axis, on other records than they were solved
+/// for.
 fn left(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> Vec<f64> {
     let mut residual = records.measured.clone();
     let mut take = |column: &[f64], factor: f64| {
@@ -56,7 +57,8 @@ pub(super) fn relative_errors(
         .collect()
 }
 
-/// The strongest line of what a model's terms leave of the force of an axis: its frequency, Hz, and its part of the power.
+/// The strongest line of what a model's terms leave of the force of an axis: its frequency, Hz, and
+/// its part of the power.
 pub(super) fn strongest_line(
     records: &Records<'_>,
     (terms, solved): (&[AxisEffect], &Solved),
@@ -76,7 +78,8 @@ pub(super) fn strongest_line(
     spectrum.finish().strongest()
 }
 
-/// The constant in what a model's terms leave of the force of an axis, record by record: its value, and its part of the power.
+/// The constant in what a model's terms leave of the force of an axis, record by record: its value,
+/// and its part of the power.
 pub(super) fn constants(
     records: &Records<'_>,
     (terms, solved): (&[AxisEffect], &Solved),
@@ -93,7 +96,8 @@ pub(super) fn constants(
     each.collect()
 }
 
-/// Rows that a model was not learnt from: the validation records, or where there are none, blocks of the training records.
+/// Rows that a model was not learnt from: the validation records, or where there are none, blocks
+/// of the training records.
 pub(super) struct Unseen<'a> {
     study: &'a Study,
     /// The model without its base.
@@ -132,8 +136,8 @@ impl<'a> Unseen<'a> {
         }
     }
 
-    /// RMS error over RMS force per axis of terms with their values; each block is predicted with the shapes that were found and strengths
-    /// from the others.
+    /// RMS error over RMS force per axis of terms with their values; each block is predicted with
+    /// the shapes that were found and strengths from the others.
     pub(super) fn errors(&self, terms: &[AxisEffect], solution: &Solution) -> Result<Vec<f64>> {
         if let Some(records) = self.validation {
             return Ok(relative_errors(records, terms, &solution.solved));
@@ -143,8 +147,8 @@ impl<'a> Unseen<'a> {
         Ok(errors.iter().map(|e| e.relative_error).collect())
     }
 
-    /// Log error power of every block per axis, as a score has it: blocks of equal force energy of the validation records, or the folds of
-    /// the training records.
+    /// Log error power of every block per axis, as a score has it: blocks of equal force energy of
+    /// the validation records, or the folds of the training records.
     pub(super) fn log_errors(
         &self,
         terms: &[AxisEffect],

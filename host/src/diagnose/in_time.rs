@@ -1,8 +1,11 @@
-//! A force channel that is late by more than the first order of a shift describes, such as one behind a filter of its own.
+//! A force channel that is late by more than the first order of a shift describes, such as one
+//! behind a filter of its own.
 //!
-//! Effects are searched for in motion and force of the same moment. A late force makes a loop of every curve, which several laws with memory
-//! together describe badly. So the force is read later by what the model knows already; and where a smooth function of displacement and
-//! velocity does much better with the force read later still, the search is made once more on such records. It has to do clearly better there.
+//! Effects are searched for in motion and force of the same moment. A late force makes a loop of
+//! every curve, which several laws with memory together describe badly. So the force is read later
+//! by what the model knows already; and where a smooth function of displacement and velocity does
+//! much better with the force read later still, the search is made once more on such records. It
+//! has to do clearly better there.
 
 use super::answer::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
 use super::criteria::CRITERIA;
@@ -22,7 +25,8 @@ use jointwatch_shared::effect::Entry;
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Shifts either way that are tried, and how many of them make a period at the upper end of the band.
+/// Shifts either way that are tried, and how many of them make a period at the upper end of the
+/// band.
 const SHIFTS: i32 = 10;
 const PER_PERIOD: f64 = 20.0;
 /// The same once more round the best of them, in steps finer by this.
@@ -37,7 +41,8 @@ const NAME: &str = "time_delay";
 /// Diagnoses a model on a study.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too short.
+/// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too
+/// short.
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
     diagnose_asked(study, model, &Asked::default())
 }
@@ -147,8 +152,9 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
     late.collect()
 }
 
-/// Of as many steps either way of a middle, s, the delay at which a curve leaves least of a force, and that power beside what is left at the
-/// middle; nothing where the least is at the edge of what was tried.
+/// Of as many steps either way of a middle, s, the delay at which a curve leaves least of a force,
+/// and that power beside what is left at the middle; nothing where the least is at the edge of what
+/// was tried.
 fn least(
     curve: &[Vec<f64>],
     force: &(dyn Fn(f64) -> Vec<f64> + Sync),
@@ -186,7 +192,8 @@ fn least(
     inside.then(|| (delays[found] + between, at / left[SHIFTS as usize]))
 }
 
-/// Columns of a smooth function of an axis's displacement and velocity, with bends and a step; of an acceleration whose inertia is not stated too.
+/// Columns of a smooth function of an axis's displacement and velocity, with bends and a step; of
+/// an acceleration whose inertia is not stated too.
 fn curve(records: &Records<'_>, axis: usize) -> Vec<Vec<f64>> {
     let own = rows_of(records, axis);
     let (x, v) = (

@@ -1,5 +1,5 @@
-//! Values of a fit that mean nothing by themselves: those that an effect cannot have, and those of effects that cancel, as one does whose
-//! force is several times what is measured.
+//! Values of a fit that mean nothing by themselves: those that an effect cannot have, and those of
+//! effects that cancel, as one does whose force is several times what is measured.
 
 use super::search::bench::MAX_FORCE;
 use crate::fit::effects::columns::Records;
@@ -11,7 +11,8 @@ use crate::signal::statistics::rms;
 use crate::study::Study;
 use crate::text::error::Result;
 
-/// The first effect of a model with a value that it cannot have, and did not have in the model before.
+/// The first effect of a model with a value that it cannot have, and did not have in the model
+/// before.
 pub(super) fn unphysical(
     records: &Records<'_>,
     before: &ModelFile,
@@ -50,7 +51,8 @@ pub(super) fn undetermined(model: &ModelFile, added: &[String]) -> Option<String
         .find(|name| added.contains(name))
 }
 
-/// The effect of a model whose force is largest, where that is several times the measured force and every force of the model before.
+/// The effect of a model whose force is largest, where that is several times the measured force and
+/// every force of the model before.
 pub(super) fn cancelled(
     study: &Study,
     records: &Records<'_>,

@@ -1,4 +1,5 @@
-//! Where a model fails, and why: candidates are collected, sets of them ranked, and a decision taken.
+//! Where a model fails, and why: candidates are collected, sets of them ranked, and a decision
+//! taken.
 
 mod absorbed;
 pub mod add;

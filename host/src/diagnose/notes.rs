@@ -71,7 +71,8 @@ pub(super) fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<
 /// The part of a force's power in one line of its spectrum from which on it is told as periodic.
 const MOST_OF_IT: f64 = 0.5;
 
-/// A relative error that is told though nothing explains it: a quarter, as that without a name is of what has one.
+/// A relative error that is told though nothing explains it: a quarter, as that without a name is
+/// of what has one.
 const MUCH: f64 = 0.25;
 
 /// Part of its size under which an inertia has all but gone.
@@ -138,7 +139,8 @@ pub(super) fn in_notes(
     notes
 }
 
-/// That an effect follows an input of which the records say no more than that there are two kinds of them, where it does.
+/// That an effect follows an input of which the records say no more than that there are two kinds
+/// of them, where it does.
 fn of_two_values(bound: &AxisEffect, learnt: &Records<'_>, names: &[&str]) -> Option<String> {
     let name = Follows::parse(bound.input?).name;
     let mut values = learnt.standing(name)?;
@@ -153,8 +155,9 @@ fn of_two_values(bound: &AxisEffect, learnt: &Records<'_>, names: &[&str]) -> Op
     })
 }
 
-/// That the inertia of an axis all but goes where effects are found, on every axis where it does. A drive that answers the motion, as one that
-/// pushes along the velocity does, makes a force that looks like friction, and beside it nothing is left for the inertia.
+/// That the inertia of an axis all but goes where effects are found, on every axis where it does. A
+/// drive that answers the motion, as one that pushes along the velocity does, makes a force that
+/// looks like friction, and beside it nothing is left for the inertia.
 fn of_lost_inertia(search: &Search, (study, learnt): (&Study, &Records<'_>)) -> Vec<String> {
     let inertia = |model: &super::search::Model| model.solution.in_si(&model.terms, &study.axes).1;
     let pairs = inertia(&search.first)

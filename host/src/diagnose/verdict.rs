@@ -1,4 +1,5 @@
-//! What is wrong with a model, in one answer: the data, a missing effect, something unknown, or nothing.
+//! What is wrong with a model, in one answer: the data, a missing effect, something unknown, or
+//! nothing.
 
 use super::absorbed::absorbed;
 use super::answer::{
@@ -61,7 +62,8 @@ impl Asked {
 const NO_VALIDATION: &str = "the study has no validation records, so errors are those on blocks of the training records, each predicted from the \
      rest: give a record of another run the role \"validate\" for an error that counts";
 
-/// The answer for the motions that the model's filters make of the study; in `in_time` the force channels are read later by what is known.
+/// The answer for the motions that the model's filters make of the study; in `in_time` the force
+/// channels are read later by what is known.
 ///
 /// # Errors
 /// As [`super::diagnose`].
@@ -151,7 +153,8 @@ fn named(names: &[&str], values: &[f64]) -> PerAxis {
     names.zip(values.iter().copied()).collect()
 }
 
-/// The noise of every axis, relative to the force of the validation records, or of the training records where there are none.
+/// The noise of every axis, relative to the force of the validation records, or of the training
+/// records where there are none.
 fn noise(study: &Study, model: &ModelFile, judged: &Prepared, floors: &[Floor]) -> Vec<f64> {
     let held = match judged.validation(study) {
         none if none.is_empty() => judged.training(study),
@@ -162,7 +165,8 @@ fn noise(study: &Study, model: &ModelFile, judged: &Prepared, floors: &[Floor]) 
     pairs.map(|(floor, force)| floor.rms / force).collect()
 }
 
-/// A sentence for every axis on which the records are too short to try an effect of two parameters beside the base.
+/// A sentence for every axis on which the records are too short to try an effect of two parameters
+/// beside the base.
 fn too_short(records: &Records<'_>, base: &[AxisEffect], names: &[&str]) -> Vec<String> {
     let rows = records.rows_per_axis();
     let axes = names.iter().enumerate().filter(|&(axis, _)| {
@@ -183,8 +187,8 @@ fn too_short(records: &Records<'_>, base: &[AxisEffect], names: &[&str]) -> Vec<
     .collect()
 }
 
-/// The records as the search listens to them: to the better of two instruments. Errors are told of the accelerations that were logged, as
-/// everywhere.
+/// The records as the search listens to them: to the better of two instruments. Errors are told of
+/// the accelerations that were logged, as everywhere.
 fn mixed(
     study: &Study,
     model: &ModelFile,
@@ -214,14 +218,16 @@ fn floors(study: &Study, model: &ModelFile, search: &Search, motions: &[Motion])
     noise_floor::floors(&study.axes, &all, &model.filters.band, &terms, &inertia)
 }
 
-/// Above the noise of the sensors, a force that nobody measured is more than this part of what has a name: no law of a joint fits to the noise.
+/// Above the noise of the sensors, a force that nobody measured is more than this part of what has
+/// a name: no law of a joint fits to the noise.
 const KNOWN_NOISE: f64 = 0.2;
 /// The same where the noise was not seen at rest, and may be larger.
 const GUESSED_NOISE: f64 = 1.0;
 
-/// Power, beside that of the force, of a force on an axis that nobody measured: what stands above the sensors' noise though neither effects
-/// nor a learner without physics take it away. `last` is what the whole model leaves of the axis: what is found on another one may mend a
-/// term that acts on both.
+/// Power, beside that of the force, of a force on an axis that nobody measured: what stands above
+/// the sensors' noise though neither effects nor a learner without physics take it away. `last` is
+/// what the whole model leaves of the axis: what is found on another one may mend a term that acts
+/// on both.
 fn unmeasured(
     search: &Search,
     axis: usize,
@@ -250,7 +256,8 @@ fn unmeasured(
     }
 }
 
-/// The same on every axis. No draw of blocks takes away what stands above the noise, so what is likely is put right as well.
+/// The same on every axis. No draw of blocks takes away what stands above the noise, so what is
+/// likely is put right as well.
 fn unmeasured_forces(
     search: &mut Search,
     (floors, as_logged): (&[Floor], &[Floor]),
@@ -292,7 +299,8 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
             .found
             .iter()
             .any(|bound| bound.acts_on(decision.axis));
-        // Most of an error that laws explain here and not on other records has a cause that is none of them.
+        // Most of an error that laws explain here and not on other records has a cause that is none
+        // of them.
         let of_another = refuted && !stays && named > 0.5 * decision.moving_error_power();
         let (named, unnamed) = match of_another {
             true => (0.0, unnamed + named),
@@ -311,7 +319,8 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
     }
 }
 
-/// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects added to it.
+/// RMS error over RMS force per axis of a polynomial or a network, and of the same with effects
+/// added to it.
 fn errors_of_the_model(
     study: &Study,
     prepared: &Prepared,

@@ -1,4 +1,5 @@
-//! The bench that the emulated device stands on: its chips fed with a record, its serial line, and somebody who listens.
+//! The bench that the emulated device stands on: its chips fed with a record, its serial line, and
+//! somebody who listens.
 
 use super::board::{Board, BoardChip, DropOuts, Injection};
 use super::judge::{Comparison, Judge};
@@ -12,8 +13,8 @@ use jointwatch_shared::wire::telemetry::{Event, Hello, Snapshot, Status, UploadR
 use jointwatch_shared::wire::wiring::{Readings, Wiring};
 use serde::Serialize;
 
-/// Instants at which the rig rests before the record begins, so that the device can set its chips up: encoders at their start
-/// counts, forces and accelerations zero.
+/// Instants at which the rig rests before the record begins, so that the device can set its chips
+/// up: encoders at their start counts, forces and accelerations zero.
 pub const REST: u64 = 64;
 /// The stages of a sample, in the order in which the device counts their instructions.
 pub const STAGES: [&str; 4] = ["sample", "evaluate", "monitor", "serve"];
@@ -109,7 +110,8 @@ pub struct Run {
     pub uploads: Vec<UploadReply>,
     /// The first samples whose counts were not what the chips were fed.
     pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
-    /// Instructions of a start, the last one: slots read, signatures verified; nothing where the device never came to its first instant.
+    /// Instructions of a start, the last one: slots read, signatures verified; nothing where the
+    /// device never came to its first instant.
     pub start: Option<u32>,
     /// Per stage, from the record's beginning on; empty unless the device counted.
     pub instructions: Vec<Instructions>,

@@ -1,4 +1,5 @@
-//! A board's worth of chips at their chip selects, moved from sample instant to sample instant, and what a test breaks on it.
+//! A board's worth of chips at their chip selects, moved from sample instant to sample instant, and
+//! what a test breaks on it.
 
 use super::chips::ads131m04::{Ads131m04, UNITS_PER_CODE_AT_GAIN_1};
 use super::chips::adxl355::Adxl355;
@@ -26,7 +27,8 @@ pub enum Trouble {
     Silent(u8),
     /// One bit of everything that it answers is wrong.
     Damaged,
-    /// Another chip sits in its place: an ADS131M02, or a PARTID that is no ADXL355's. A counter has no identity, and is silent.
+    /// Another chip sits in its place: an ADS131M02, or a PARTID that is no ADXL355's. A counter
+    /// has no identity, and is silent.
     Replaced,
     /// It lost its supply at the first of the instants.
     PowerCut,
@@ -36,7 +38,8 @@ pub enum Trouble {
     Saturated,
 }
 
-/// A trouble from one sample to another, counted from the device's first one; the last is no longer in it.
+/// A trouble from one sample to another, counted from the device's first one; the last is no longer
+/// in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Injection {
     /// Which chip fails.
@@ -110,7 +113,8 @@ pub struct Board {
 }
 
 impl Board {
-    /// The chips that `wiring` has fitted, sampled at this rate. The same seed gives the same drop-outs.
+    /// The chips that `wiring` has fitted, sampled at this rate. The same seed gives the same
+    /// drop-outs.
     pub fn new(wiring: &Wiring, sample_rate_hz: f64, seed: u64) -> Self {
         Self {
             wiring: wiring.clone(),
@@ -163,7 +167,8 @@ impl Board {
         for (counter, edges) in self.counters.iter_mut().zip(inputs.edges) {
             counter.turn_to(edges);
         }
-        // The newest conversion belongs to this instant; those between two instants hold what was before.
+        // The newest conversion belongs to this instant; those between two instants hold what was
+        // before.
         let conversions = self.conversions(0, self.converter.rate_hz());
         for left in (0..conversions).rev() {
             let at = if left == 0 { &inputs } else { &self.before };

@@ -17,9 +17,11 @@ use jointwatch_shared::wire::telemetry::SampleOutput;
 use std::path::Path;
 use std::time::Duration;
 
-/// Mean time between false alarms for which the limits of a rig block without any are set, hours: 30 days.
+/// Mean time between false alarms for which the limits of a rig block without any are set, hours:
+/// 30 days.
 const FALSE_ALARM_HOURS: u32 = 30 * 24;
-/// The converter's clock over twice its oversampling of 128, Hz; an accelerometer's results per second without filter.
+/// The converter's clock over twice its oversampling of 128, Hz; an accelerometer's results per
+/// second without filter.
 const CONVERSIONS_HZ: f64 = 32_000.0;
 const RESULTS_HZ: f64 = 4000.0;
 
@@ -42,11 +44,12 @@ pub struct Emulated {
 }
 
 impl<'a> EmulatedDevice<'a> {
-    /// The device for a study; without a rig block it gets one from the study's records, with limits for its monitor where the study
-    /// has validation records.
+    /// The device for a study; without a rig block it gets one from the study's records, with
+    /// limits for its monitor where the study has validation records.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when the block does not fit model and study, or has chips that are slower than the sampling.
+    /// [`crate::text::error::Kind::Data`] when the block does not fit model and study, or has chips
+    /// that are slower than the sampling.
     pub fn new(study: &'a Study, model: &'a Model, block: Option<Rig>) -> Result<Self> {
         let given = block.is_some();
         let mut block = match block {
@@ -60,7 +63,8 @@ impl<'a> EmulatedDevice<'a> {
                 false_alarm_hours: FALSE_ALARM_HOURS,
                 drift: 0.0,
             };
-            // A study without validation records leaves the monitor without limits: it then watches the sensors only.
+            // A study without validation records leaves the monitor without limits: it then watches
+            // the sensors only.
             let limits = monitor_limits::limits(study, &set_up, model, purpose);
             block.limits = limits.ok().map(|calibration| calibration.limits);
         }
@@ -73,7 +77,8 @@ impl<'a> EmulatedDevice<'a> {
         })
     }
 
-    /// The slot's bytes: model and rig block, signed with the development key, which a firmware that is built here trusts.
+    /// The slot's bytes: model and rig block, signed with the development key, which a firmware
+    /// that is built here trusts.
     ///
     /// # Errors
     /// When the rig block cannot be written.
@@ -110,7 +115,8 @@ impl<'a> EmulatedDevice<'a> {
         }
     }
 
-    /// Runs the image `elf` over one record. `slot` is what slot A holds; `others` are models that the device may come to run.
+    /// Runs the image `elf` over one record. `slot` is what slot A holds; `others` are models that
+    /// the device may come to run.
     ///
     /// # Errors
     /// As [`qemu::run`], and when the record is shorter than the chain's filters.

@@ -1,7 +1,9 @@
-//! The joint of an emulated device that runs on and on: one record closed into a loop, and a force that changes when told to.
+//! The joint of an emulated device that runs on and on: one record closed into a loop, and a force
+//! that changes when told to.
 //!
-//! The motion is that of the record, again and again. A changed joint resists the same motion with another force, as on a rig that
-//! imposes the motion; what a rig that imposes the force would do otherwise is not in it.
+//! The motion is that of the record, again and again. A changed joint resists the same motion with
+//! another force, as on a rig that imposes the motion; what a rig that imposes the force would do
+//! otherwise is not in it.
 
 use super::device::EmulatedDevice;
 use crate::model::effects::ModelEffect;
@@ -80,7 +82,8 @@ impl<'a> LoopedJoint<'a> {
         Ok(joint)
     }
 
-    /// Reads `viscous@x*0.5`, one of the model's effects with its force multiplied; or `force@x*0.5`, the whole force of an axis.
+    /// Reads `viscous@x*0.5`, one of the model's effects with its force multiplied; or
+    /// `force@x*0.5`, the whole force of an axis.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Usage`] in a sentence with what can be changed.
@@ -158,7 +161,8 @@ impl<'a> LoopedJoint<'a> {
         let rows = self.record.rows;
         let (mut own, mut other) = (vec![0.0; rows], vec![0.0; rows]);
         let input = history.input(term.input);
-        // The second time round the memory of an effect is that of the loop; a row is written twice where both have it.
+        // The second time round the memory of an effect is that of the loop; a row is written twice
+        // where both have it.
         let each = |row: usize, [mine, others]: [f64; 2]| {
             let at = (row + motion.first_row) % rows;
             let factor = input.at(row);
@@ -172,8 +176,9 @@ impl<'a> LoopedJoint<'a> {
         Ok(forces)
     }
 
-    /// Puts the force of the seam right: the motion there was never made, so the force is what the model says of it, with the residual
-    /// of the record's end passing into that of its beginning.
+    /// Puts the force of the seam right: the motion there was never made, so the force is what the
+    /// model says of it, with the residual of the record's end passing into that of its
+    /// beginning.
     fn mend(&mut self, record: &Record, seam: usize) {
         let loops = self.record.rows;
         let residual = |output: &Output, axis: usize| output.residual[axis];
@@ -205,7 +210,8 @@ impl<'a> LoopedJoint<'a> {
         .collect()
     }
 
-    /// What the chain says of every row of a record; of rows for which its filters have no support, what it says of the nearest.
+    /// What the chain says of every row of a record; of rows for which its filters have no support,
+    /// what it says of the nearest.
     fn of_rows(
         &self,
         record: &Record,
@@ -233,8 +239,9 @@ impl<'a> LoopedJoint<'a> {
     }
 }
 
-/// The weight of the beginning at a row of the seam, from 0 to 1, and its first and second derivative per row: the polynomial of
-/// seventh order of which three derivatives are 0 at both ends.
+/// The weight of the beginning at a row of the seam, from 0 to 1, and its first and second
+/// derivative per row: the polynomial of seventh order of which three derivatives are 0 at both
+/// ends.
 fn weight(at: usize, seam: usize) -> [f64; 3] {
     let (s, per_row) = ((at as f64 + 0.5) / seam as f64, 1.0 / seam as f64);
     [
@@ -244,8 +251,9 @@ fn weight(at: usize, seam: usize) -> [f64; 3] {
     ]
 }
 
-/// The record without its first `seam` rows, its last ones passing into those: where its end is followed by its beginning nothing
-/// jumps. Accelerations are those of the motion that results; the force is put right afterwards.
+/// The record without its first `seam` rows, its last ones passing into those: where its end is
+/// followed by its beginning nothing jumps. Accelerations are those of the motion that results; the
+/// force is put right afterwards.
 fn closed(record: &Record, seam: usize, rate_hz: f64) -> Record {
     let loops = record.rows - seam;
     let passed = |series: &[f64]| -> Vec<f64> {

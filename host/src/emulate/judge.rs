@@ -1,5 +1,5 @@
-//! What the device said, held against what it should have said: counts against what its chips were fed, and every output of
-//! its chain against the host's.
+//! What the device said, held against what it should have said: counts against what its chips were
+//! fed, and every output of its chain against the host's.
 
 use crate::device::telemetry::listen::{Heard, Listener, Tally};
 use jointwatch_shared::base::Model;
@@ -15,19 +15,22 @@ use serde::Serialize;
 pub struct Comparison {
     /// Samples that were streamed and arrived.
     pub samples: u64,
-    /// Samples of which at least one count is not what the chips were fed, from the first one on that was.
+    /// Samples of which at least one count is not what the chips were fed, from the first one on
+    /// that was.
     pub wrong_counts: u64,
     /// The last of them.
     pub last_wrong_counts: Option<u64>,
     /// Outputs that were compared, and those that were expected or came alone.
     pub outputs: u64,
-    /// Bits of all predicted forces, measured forces, residuals, band residuals and flags that differ.
+    /// Bits of all predicted forces, measured forces, residuals, band residuals and flags that
+    /// differ.
     pub different_bits: u64,
     /// Bits of the predicted forces and residuals among them.
     pub different_force_bits: u64,
     /// The first sample with a difference.
     pub first_difference: Option<u64>,
-    /// Outputs that were compared with `replay`'s of the record alone, and the bits in which they differ.
+    /// Outputs that were compared with `replay`'s of the record alone, and the bits in which they
+    /// differ.
     pub replayed: u64,
     /// Bits that differ between the device and `replay` of the record alone.
     pub different_replayed_bits: u64,
@@ -79,7 +82,8 @@ pub struct Judge<'a> {
     pub snapshots: Vec<Snapshot>,
     /// Answers to an upload, in order.
     pub uploads: Vec<UploadReply>,
-    /// Counts that were not what the chips were fed: the sample and what the device said, the first of them.
+    /// Counts that were not what the chips were fed: the sample and what the device said, the
+    /// first of them.
     pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
 }
 
@@ -87,7 +91,8 @@ pub struct Judge<'a> {
 const WRONG_KEPT: usize = 16;
 
 impl<'a> Judge<'a> {
-    /// Has heard nothing yet. A device that begins without introducing itself is taken to run the first of the models.
+    /// Has heard nothing yet. A device that begins without introducing itself is taken to run the
+    /// first of the models.
     pub fn new(replayed: Replayed, known: Vec<Known<'a>>) -> Self {
         Self {
             listener: Listener::default(),
@@ -144,7 +149,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// The host has told the device to restart, or the device says that it did: its samples begin anew.
+    /// The host has told the device to restart, or the device says that it did: its samples begin
+    /// anew.
     pub fn restart(&mut self) {
         self.fed.clear();
         (self.next, self.started, self.restarted) = (0, false, true);
@@ -175,7 +181,8 @@ impl<'a> Judge<'a> {
             }
         }
         self.started |= right;
-        // What did not arrive the device has taken all the same: nothing before its chips are set up, and then what it was fed.
+        // What did not arrive the device has taken all the same: nothing before its chips are set
+        // up, and then what it was fed.
         while self.next < number {
             let missing = if self.started {
                 self.fed[self.next as usize]
@@ -246,7 +253,8 @@ fn raw(sample: &Sample) -> RawSample {
     raw
 }
 
-/// Bits that differ: all, and those of predicted forces and residuals. Where one has no output, all bits of the other's differ.
+/// Bits that differ: all, and those of predicted forces and residuals. Where one has no output, all
+/// bits of the other's differ.
 fn difference(one: Option<&SampleOutput>, other: Option<&SampleOutput>) -> [u64; 2] {
     let bits = |a: &[i32], b: &[i32]| -> u64 {
         let pairs = a.iter().zip(b);

@@ -1,4 +1,5 @@
-//! The serial line between the emulated device and the host: noise both ways, and who sits at the host's end.
+//! The serial line between the emulated device and the host: noise both ways, and who sits at the
+//! host's end.
 
 use crate::device::signing::SignedModel;
 use crate::device::upload::{Patience, READ_TIMEOUT, Uploaded, upload};
@@ -101,7 +102,8 @@ impl Streamer {
     }
 }
 
-/// An upload at the host's end of the line, on a thread of its own: it waits for answers, and the device for samples.
+/// An upload at the host's end of the line, on a thread of its own: it waits for answers, and the
+/// device for samples.
 pub struct Uploading {
     to_device: Receiver<Vec<u8>>,
     from_device: Option<Sender<Vec<u8>>>,

@@ -1,4 +1,5 @@
-//! The link's host side: requests of the device come in over one pipe, answers go out over the other.
+//! The link's host side: requests of the device come in over one pipe, answers go out over the
+//! other.
 //!
 //! `docs/notebook/emulation.md`, "The link", has the protocol byte by byte.
 
@@ -6,7 +7,8 @@ use super::board::BoardChip;
 use crate::text::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
 
-// Kinds of requests: transfers with counters from 0, with the other chips, with all counters at once; then those beyond chips.
+// Kinds of requests: transfers with counters from 0, with the other chips, with all counters at
+// once; then those beyond chips.
 const CONVERTER: u8 = 4;
 const ACCELEROMETER: u8 = 5;
 const LAST_CHIP: u8 = 6;
@@ -103,7 +105,8 @@ fn request(requests: &mut impl Read, bytes: &mut Vec<u8>) -> Result<Option<u8>> 
     Ok(Some(kind))
 }
 
-/// Does what a request asks for, and puts the answer in place of its bytes; true when that says that there is no more to come.
+/// Does what a request asks for, and puts the answer in place of its bytes; true when that says
+/// that there is no more to come.
 fn answer(kind: u8, bytes: &mut Vec<u8>, host: &mut impl Host) -> Result<bool> {
     match kind {
         0..=LAST_CHIP => {

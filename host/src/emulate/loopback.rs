@@ -1,4 +1,5 @@
-//! The emulated device's serial line on a TCP port of this machine: one listener at a time, as at a serial port.
+//! The emulated device's serial line on a TCP port of this machine: one listener at a time, as at a
+//! serial port.
 
 use crate::text::error::{Error, Result};
 use std::io::{ErrorKind, Read, Write};
@@ -9,11 +10,13 @@ use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, channel, sync_
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Pieces of what the device says that may wait for a listener; a slower one loses them, as at a serial port.
+/// Pieces of what the device says that may wait for a listener; a slower one loses them, as at a
+/// serial port.
 const WAITING: usize = 4096;
 /// A listener that takes nothing for so long is let go.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// One that comes while another listens is sent away after so long: the other may have ended, and nobody has seen it yet.
+/// One that comes while another listens is sent away after so long: the other may have ended, and
+/// nobody has seen it yet.
 const CHANGEOVER: Duration = Duration::from_millis(500);
 
 /// The port's end at the device.

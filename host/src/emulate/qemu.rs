@@ -12,7 +12,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// An image that makes no request for so long hangs; the longest work between two is the check of a signature.
+/// An image that makes no request for so long hangs; the longest work between two is the check of a
+/// signature.
 const SILENCE: Duration = Duration::from_secs(60);
 /// Bytes of a slot's sector.
 const SECTOR: usize = 128 * 1024;
@@ -20,11 +21,12 @@ const SECTOR: usize = 128 * 1024;
 const TO_DEVICE: &str = "to";
 const FROM_DEVICE: &str = "from";
 
-/// Runs the image `elf` with `slot` in slot A, its requests served by `host`, to its end; gives the time that took.
+/// Runs the image `elf` with `slot` in slot A, its requests served by `host`, to its end; gives the
+/// time that took.
 ///
 /// # Errors
-/// When QEMU or `mkfifo` is missing, and when the image ends in another way than with the record: with an exit code, by hanging, or
-/// with a request that the link does not know.
+/// When QEMU or `mkfifo` is missing, and when the image ends in another way than with the record:
+/// with an exit code, by hanging, or with a request that the link does not know.
 pub fn run(elf: &Path, slot: &[u8], host: &mut impl Host) -> Result<Duration> {
     let qemu = selftest::require_qemu()?;
     let elf = elf.canonicalize().map_err(|e| {
@@ -119,7 +121,8 @@ impl Pipes {
     }
 }
 
-/// The command that runs the image on its machine, the folder's slot loaded, its link in the folder's pipes.
+/// The command that runs the image on its machine, the folder's slot loaded, its link in the
+/// folder's pipes.
 fn machine(qemu: &Path, elf: &Path, folder: &Path) -> Command {
     let mut command = selftest::machine(qemu, Board::Stm32f405);
     command
@@ -155,7 +158,8 @@ impl Read for Heartbeat {
     }
 }
 
-/// Watches QEMU from a thread of its own: ends it when it is silent or when nobody serves it any more.
+/// Watches QEMU from a thread of its own: ends it when it is silent or when nobody serves it any
+/// more.
 struct Supervisor {
     beats: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,

@@ -1,4 +1,5 @@
-//! The emulated device that runs on and on, its serial line on a TCP port, its joint changed when somebody says so.
+//! The emulated device that runs on and on, its serial line on a TCP port, its joint changed when
+//! somebody says so.
 
 use super::board::{Board, BoardChip};
 use super::joint::{Change, LoopedJoint};
@@ -63,7 +64,8 @@ pub struct Serving<'a> {
 }
 
 impl<'a> Serving<'a> {
-    /// A device wired so, with its joint; `later` are orders with the seconds of the device's time at which they come.
+    /// A device wired so, with its joint; `later` are orders with the seconds of the device's time
+    /// at which they come.
     ///
     /// # Errors
     /// When the motion of the loop cannot be found.

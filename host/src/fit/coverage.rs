@@ -1,14 +1,16 @@
-//! Whether the training records can support a model: which motions they hold, how fast, and how many rows.
+//! Whether the training records can support a model: which motions they hold, how fast, and how
+//! many rows.
 //!
-//! The paper's Section 6: a model learnt only from the record in which both axes move fails on the others, and no
-//! model is to be trusted outside the range and the spectrum it was learnt from.
+//! The paper's Section 6: a model learnt only from the record in which both axes move fails on the
+//! others, and no model is to be trusted outside the range and the spectrum it was learnt from.
 
 use crate::signal::motion::Motion;
 use crate::signal::statistics::{peak, rms};
 use crate::study::Axis;
 use crate::text::table::rounded;
 
-/// An axis counts as excited in a record from this share of its largest RMS velocity over all records on.
+/// An axis counts as excited in a record from this share of its largest RMS velocity over all
+/// records on.
 const EXCITED: f64 = 0.1;
 
 /// A record whose velocity range is below this share of another's is worth a word.
@@ -20,9 +22,9 @@ const BEYOND: f64 = 1.1;
 /// Fewer rows than this per parameter are worth a word: rows of a record are far from independent.
 const ROWS_PER_PARAMETER: usize = 20;
 
-/// How much the distance from the middle of the motion varies, beside its mean, where an axis goes round one loop: displacement and
-/// velocity in units of their RMS. Sines of one amplitude and frequency come to 0.03, one trajectory that is repeated to 0.17, random
-/// motion to 0.5.
+/// How much the distance from the middle of the motion varies, beside its mean, where an axis goes
+/// round one loop: displacement and velocity in units of their RMS. Sines of one amplitude and
+/// frequency come to 0.03, one trajectory that is repeated to 0.17, random motion to 0.5.
 const ONE_LOOP: f64 = 0.1;
 
 /// An axis's velocity.
@@ -64,7 +66,8 @@ fn shares(values: impl Iterator<Item = f64>) -> String {
     }
 }
 
-/// What is missing in the training records, one sentence each; records are numbered from 1 as in study.toml.
+/// What is missing in the training records, one sentence each; records are numbered from 1 as in
+/// study.toml.
 pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize) -> Vec<String> {
     let mut warnings = Vec::new();
     let most: Vec<f64> = (0..axes.len())

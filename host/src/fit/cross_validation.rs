@@ -1,8 +1,9 @@
 //! Cross-validation over contiguous blocks of every record, from moments alone.
 //!
-//! Neighbouring rows of a record are nearly the same row, so holding out single rows would tell nothing. Every record
-//! is cut into [`FOLDS`] blocks; fold k holds out the k-th block of each, so that no fold loses a kind of motion
-//! that only one record has. A guard of some rows on either side of a held-out block is used by neither side.
+//! Neighbouring rows of a record are nearly the same row, so holding out single rows would tell
+//! nothing. Every record is cut into [`FOLDS`] blocks; fold k holds out the k-th block of each, so
+//! that no fold loses a kind of motion that only one record has. A guard of some rows on either
+//! side of a held-out block is used by neither side.
 
 use super::moments::{Moments, Summation};
 use crate::model::InputRange;
@@ -11,7 +12,8 @@ use faer::MatRef;
 /// Blocks that every record is cut into.
 pub const FOLDS: usize = 5;
 
-/// The moments of every block, its two edges apart: per fold the first rows of the blocks, the rows between, the last rows.
+/// The moments of every block, its two edges apart: per fold the first rows of the blocks, the rows
+/// between, the last rows.
 pub struct Folds(Vec<[Moments; 3]>);
 
 /// [`Folds`] that records are added to.
@@ -28,14 +30,15 @@ pub(super) fn edges(fold: usize, rows: usize, guard_rows: usize) -> [usize; 4] {
     [start, start + guard, end - guard, end]
 }
 
-/// Rows on either side of a held-out block that are left out: a tenth of a second, more than a cycle of the slowest motions that
-/// matter, beside what the filters smear.
+/// Rows on either side of a held-out block that are left out: a tenth of a second, more than a
+/// cycle of the slowest motions that matter, beside what the filters smear.
 pub(super) fn guard_rows(sample_rate_hz: f64, low_pass: &[f64]) -> usize {
     (0.1 * sample_rate_hz) as usize + low_pass.len()
 }
 
 impl FoldedMoments {
-    /// Of no rows; `guard_rows` on either side of a held-out block are left out, at most a quarter of a block.
+    /// Of no rows; `guard_rows` on either side of a held-out block are left out, at most a quarter
+    /// of a block.
     pub fn new(ranges: &[InputRange], outputs: usize, guard_rows: usize) -> Self {
         let empty = || std::array::from_fn(|_| Moments::new(ranges.len(), outputs));
         Self {
@@ -83,8 +86,8 @@ impl Folds {
         self.sum(|block, _| block == fold)
     }
 
-    /// What fold `fold` is fitted to: the other blocks, without the edges that touch the held-out ones. Summed up rather than
-    /// subtracted from the total, so that no digits cancel.
+    /// What fold `fold` is fitted to: the other blocks, without the edges that touch the held-out
+    /// ones. Summed up rather than subtracted from the total, so that no digits cancel.
     pub fn training(&self, fold: usize) -> Moments {
         self.sum(|block, part| {
             let guard = (block + 1 == fold && part == 2) || (block == fold + 1 && part == 0);

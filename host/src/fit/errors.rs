@@ -1,4 +1,5 @@
-//! How large a model's errors are on records: figures per record and axis, and over all records of a role.
+//! How large a model's errors are on records: figures per record and axis, and over all records of
+//! a role.
 
 use crate::model::ModelAxis;
 use crate::model::file::{AxisError, ModelFile};
@@ -13,7 +14,8 @@ use std::collections::BTreeMap;
 /// Error figures of one axis on one record; the `--json` of `compare` in full.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisFigures {
-    /// 100·Σ(r−r̂)²/(N·var r) with force and prediction low-passed alike, percent; r is [`Motion::measured_force`].
+    /// 100·Σ(r−r̂)²/(N·var r) with force and prediction low-passed alike, percent; r is
+    /// [`Motion::measured_force`].
     pub nmse_percent: f64,
     /// The same without the low-pass.
     pub nmse_percent_wide_band: f64,
@@ -25,7 +27,8 @@ pub struct AxisFigures {
     pub rms_force: f64,
     /// Largest |r−r̂| in the common band, N or N·m.
     pub peak_error: f64,
-    /// Part of the rows in which at least one input of the model is outside its training range, 0 to 1.
+    /// Part of the rows in which at least one input of the model is outside its training range, 0
+    /// to 1.
     pub outside_range: f64,
     /// True when the axis rests in this record, so that errors relative to its force say nothing.
     #[serde(rename = "rests")]
@@ -58,7 +61,8 @@ impl RecordFigures {
     }
 }
 
-/// An axis rests in a record when its force there is under this part of its largest RMS over all records.
+/// An axis rests in a record when its force there is under this part of its largest RMS over all
+/// records.
 pub const AT_REST_BELOW: f64 = 0.03;
 
 /// Errors of one record and axis, and the measured force that they are held against.
@@ -135,8 +139,8 @@ pub(crate) struct Evaluated<'a> {
 }
 
 impl<'a> Evaluated<'a> {
-    /// Evaluates a model along motions of the study as it was logged; what the model knows to be wrong with the instruments is
-    /// put right first.
+    /// Evaluates a model along motions of the study as it was logged; what the model knows to be
+    /// wrong with the instruments is put right first.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a record is shorter than the low-pass.

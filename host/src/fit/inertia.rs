@@ -1,9 +1,11 @@
-//! Finding the inertia of the body from the records when the study does not state it (the paper's Section 6).
+//! Finding the inertia of the body from the records when the study does not state it (the paper's
+//! Section 6).
 //!
-//! The acceleration joins the inputs and the output becomes the applied force: F = m·a ∓ r(x, ẋ, φ, φ̇). Noise in the
-//! acceleration would pull m towards zero, so force, acceleration and every term are low-passed alike first. The
-//! corners of a joint with free play, which no low polynomial follows, would leak into m through the acceleration;
-//! straight-line pieces of the displacement stand beside the polynomial to take them up.
+//! The acceleration joins the inputs and the output becomes the applied force: F = m·a ∓ r(x, ẋ, φ,
+//! φ̇). Noise in the acceleration would pull m towards zero, so force, acceleration and every term
+//! are low-passed alike first. The corners of a joint with free play, which no low polynomial
+//! follows, would leak into m through the acceleration; straight-line pieces of the displacement
+//! stand beside the polynomial to take them up.
 
 use crate::fit::least_squares::normal_equations;
 use crate::model::InputRange;
@@ -20,7 +22,8 @@ pub struct Inertia {
     pub value: f64,
     /// True when it was found from the records, false when the study stated it.
     pub identified: bool,
-    /// Standard error of an identified value, kg or kg·m², by leaving out one stretch of every record at a time.
+    /// Standard error of an identified value, kg or kg·m², by leaving out one stretch of every
+    /// record at a time.
     pub standard_error: Option<f64>,
 }
 
@@ -71,7 +74,8 @@ fn features<'a>(
     powers.chain(pieces)
 }
 
-/// Normal equations of one stretch: the columns, then one column of acceleration and one of force per axis.
+/// Normal equations of one stretch: the columns, then one column of acceleration and one of force
+/// per axis.
 struct Stretches {
     grams: Vec<Mat<f64>>,
 }
@@ -130,7 +134,8 @@ impl Stretches {
 
 /// The inertia of every axis: as stated, or found from the training records.
 ///
-/// `low_pass` are the taps of a symmetric filter, applied with zero phase; `ranges` those of the inputs.
+/// `low_pass` are the taps of a symmetric filter, applied with zero phase; `ranges` those of the
+/// inputs.
 ///
 /// # Errors
 /// One sentence when an identified inertia is not positive, or a record is shorter than the filter.

@@ -1,9 +1,9 @@
 //! Everything a polynomial fit needs to know about its rows, in one pass and 7⁴ numbers.
 //!
-//! The normal equations of the 256 terms u₁^i·u₂^j·u₃^k·u₄^l have a 256×256 matrix, but an entry depends
-//! only on the sums of the exponents, each 0 to 6: there are 7⁴ = 2401 different ones. They are the entries of one
-//! (49×N)·(N×49) product of the power pairs of the first two inputs with those of the last two. Moments of
-//! parts of the data add up to those of the whole.
+//! The normal equations of the 256 terms u₁^i·u₂^j·u₃^k·u₄^l have a 256×256 matrix, but an entry
+//! depends only on the sums of the exponents, each 0 to 6: there are 7⁴ = 2401 different ones. They
+//! are the entries of one (49×N)·(N×49) product of the power pairs of the first two inputs with
+//! those of the last two. Moments of parts of the data add up to those of the whole.
 
 use crate::model::InputRange;
 use crate::model::powers::{
@@ -19,12 +19,14 @@ const BLOCK: usize = 256;
 /// Numbers in a cache line.
 const LINE: usize = 8;
 
-/// Sums over rows of products of powers of the normalised inputs, with each other and with the outputs.
+/// Sums over rows of products of powers of the normalised inputs, with each other and with the
+/// outputs.
 #[derive(Clone, Debug)]
 pub struct Moments {
     /// Σ of (first pair)·(second pair); 49×49, or 49×1 for two inputs.
     powers: Mat<f64>,
-    /// Σ of output·(first pair)·(second pair), exponents up to 3; 16 rows per output; 16 columns, or 1 for two inputs.
+    /// Σ of output·(first pair)·(second pair), exponents up to 3; 16 rows per output; 16 columns,
+    /// or 1 for two inputs.
     cross: Mat<f64>,
     /// Σ of each output's square.
     squares: Vec<f64>,
@@ -43,8 +45,8 @@ impl Moments {
         }
     }
 
-    /// Of sums that are known: Σ of the product with these exponents, 0 to 6; Σ of an output times the product with these, 0 to 3;
-    /// Σ of an output's square.
+    /// Of sums that are known: Σ of the product with these exponents, 0 to 6; Σ of an output times
+    /// the product with these, 0 to 3; Σ of an output's square.
     pub(crate) fn of_sums(
         inputs: usize,
         outputs: usize,
@@ -184,7 +186,8 @@ impl Summation {
         let first = MatRef::from_column_major_slice(&*first, stride, count);
         let series = &*second;
         let second = MatRef::from_column_major_slice(series, count, pairs);
-        // 48 rows fill whole registers; the first product is the constant 1, whose sums are plain sums.
+        // 48 rows fill whole registers; the first product is the constant 1, whose sums are plain
+        // sums.
         matmul(
             moments.powers.as_mut().subrows_mut(1, 48),
             Accum::Add,

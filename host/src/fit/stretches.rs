@@ -1,8 +1,9 @@
 //! Which rows of long records a fit of effects looks at.
 //!
-//! A handful of parameters is known to a part in thousands from some hundred thousand rows, and every further row costs as much as the
-//! first. So of more rows than enough, stretches are taken that are spread evenly over all records: each long enough for laws with
-//! memory to forget where they began, and so many that slow changes over the records are seen.
+//! A handful of parameters is known to a part in thousands from some hundred thousand rows, and
+//! every further row costs as much as the first. So of more rows than enough, stretches are taken
+//! that are spread evenly over all records: each long enough for laws with memory to forget where
+//! they began, and so many that slow changes over the records are seen.
 
 use crate::signal::motion::Motion;
 use std::ops::Range;

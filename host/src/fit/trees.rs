@@ -1,7 +1,9 @@
-//! Boosted regression trees on histograms: a learner without physics, which says how much of a series its inputs explain at all.
+//! Boosted regression trees on histograms: a learner without physics, which says how much of a
+//! series its inputs explain at all.
 //!
-//! Every input is cut into at most 64 bins of equally many rows. Each tree grows leaf by leaf, always where a cut takes most of the squared
-//! error away, and follows what the trees before it leave, by a part of it (Friedman, Annals of Statistics 29 (2001) 1189–1232).
+//! Every input is cut into at most 64 bins of equally many rows. Each tree grows leaf by leaf,
+//! always where a cut takes most of the squared error away, and follows what the trees before it
+//! leave, by a part of it (Friedman, Annals of Statistics 29 (2001) 1189–1232).
 
 /// Bins per input.
 const BINS: usize = 64;
@@ -200,7 +202,8 @@ fn histogram(inputs: &Binned, left: &[f64], rows: &[u32]) -> Vec<[f64; 2]> {
     sums
 }
 
-/// The cut that takes most of the squared error away: what it takes, the input, and the last bin before it.
+/// The cut that takes most of the squared error away: what it takes, the input, and the last bin
+/// before it.
 fn best_cut(inputs: &Binned, sums: &[[f64; 2]], size: Size) -> Option<(f64, usize, u8)> {
     let least = size.least_rows as f64;
     let mut best: Option<(f64, usize, u8)> = None;

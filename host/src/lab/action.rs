@@ -88,7 +88,8 @@ pub(super) enum Action {
     Cancel {},
 }
 
-/// A number or none. Where another package lets serde_json keep all digits, a tagged enum holds numbers that only its own type reads.
+/// A number or none. Where another package lets serde_json keep all digits, a tagged enum holds
+/// numbers that only its own type reads.
 fn number<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>, D::Error> {
     let number = Option::<serde_json::Number>::deserialize(from)?;
     Ok(number.and_then(|n| n.as_f64()))

@@ -62,7 +62,8 @@ pub(super) fn asset(name: &str) -> Option<Asset> {
     })
 }
 
-/// The file as it lies in the folder that JOINTWATCH_LAB_FILES names: for work on the page, in debug builds.
+/// The file as it lies in the folder that JOINTWATCH_LAB_FILES names: for work on the page, in
+/// debug builds.
 #[cfg(debug_assertions)]
 fn changed(name: &str) -> Option<String> {
     let folder = std::env::var_os("JOINTWATCH_LAB_FILES")?;

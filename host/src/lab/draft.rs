@@ -1,4 +1,5 @@
-//! Logs that no study describes yet: what is in them, what `init` guesses, and every channel as a plot.
+//! Logs that no study describes yet: what is in them, what `init` guesses, and every channel as a
+//! plot.
 
 use super::folder::Folder;
 use crate::report::page::thinned;

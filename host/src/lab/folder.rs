@@ -1,4 +1,5 @@
-//! The study's folder: where it is, which files in it may be read and written, and how they are named.
+//! The study's folder: where it is, which files in it may be read and written, and how they are
+//! named.
 
 use crate::text::error::{Error, Result};
 use crate::text::output;
@@ -19,11 +20,13 @@ pub(super) struct Folder {
 }
 
 impl Folder {
-    /// The folder of a study.toml, of a folder, or of some logs; the working folder where nothing is named.
+    /// The folder of a study.toml, of a folder, or of some logs; the working folder where nothing
+    /// is named.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Failed`] when something named is not there; [`crate::text::error::Kind::Usage`] when logs lie in
-    /// several folders, or beside a study already.
+    /// [`crate::text::error::Kind::Failed`] when something named is not there;
+    /// [`crate::text::error::Kind::Usage`] when logs lie in several folders, or beside a study
+    /// already.
     pub(super) fn of(named: &[PathBuf]) -> Result<Self> {
         let here = [PathBuf::from(".")];
         let named = if named.is_empty() { &here[..] } else { named };
@@ -79,7 +82,8 @@ impl Folder {
         self.path.join(&self.study)
     }
 
-    /// Makes the folder for what the lab writes; a link that leads out of the study's folder is refused.
+    /// Makes the folder for what the lab writes; a link that leads out of the study's folder is
+    /// refused.
     pub(super) fn make_written(&self) -> Result<()> {
         let path = self.path.join(WRITTEN);
         let failed = |e| {
@@ -101,7 +105,8 @@ impl Folder {
         Ok(())
     }
 
-    /// The studies in the folder: the one that it was opened with, and those of segments below what the lab writes.
+    /// The studies in the folder: the one that it was opened with, and those of segments below what
+    /// the lab writes.
     pub(super) fn studies(&self, first: &str) -> Vec<String> {
         let folders = std::fs::read_dir(self.path.join(WRITTEN));
         let names = folders.into_iter().flatten().flatten();
@@ -115,7 +120,8 @@ impl Folder {
         below
     }
 
-    /// A free name among what the lab writes, relative to the study's folder: the stem with an ending, or with -2, -3, …
+    /// A free name among what the lab writes, relative to the study's folder: the stem with an
+    /// ending, or with -2, -3, …
     pub(super) fn free(&self, stem: &str, ending: &str) -> String {
         let plain: String = stem
             .chars()
@@ -133,7 +139,8 @@ impl Folder {
     }
 }
 
-/// The name of a log that was dropped, when it can be a file of the study's folder and nothing else.
+/// The name of a log that was dropped, when it can be a file of the study's folder and nothing
+/// else.
 pub(super) fn safe_log_name(name: &str) -> Result<String> {
     let parts: Vec<Component<'_>> = Path::new(name).components().collect();
     let plain = matches!(parts[..], [Component::Normal(_)])

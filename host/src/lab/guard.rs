@@ -1,8 +1,10 @@
-//! Who may ask: the right host, no other site, the token; and what every answer forbids the browser.
+//! Who may ask: the right host, no other site, the token; and what every answer forbids the
+//! browser.
 
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 
-/// The header that carries the token. A page of another site cannot send it without being allowed to, and nobody is.
+/// The header that carries the token. A page of another site cannot send it without being allowed
+/// to, and nobody is.
 pub(super) const TOKEN_HEADER: &str = "x-jointwatch-token";
 
 /// Nothing but this server's own files runs, styles, or is talked to.

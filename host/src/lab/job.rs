@@ -1,4 +1,5 @@
-//! A command that runs as a process of its own: what it says while it runs, how it ended, and how it is ended.
+//! A command that runs as a process of its own: what it says while it runs, how it ended, and how
+//! it is ended.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -41,7 +42,8 @@ pub(super) fn line(words: &[String]) -> String {
 }
 
 impl Running {
-    /// Starts a command in a folder; `contents` is a file for what the page draws, `json` one for the result.
+    /// Starts a command in a folder; `contents` is a file for what the page draws, `json` one for
+    /// the result.
     pub(super) fn start(
         program: &Path,
         folder: &Path,

@@ -1,4 +1,5 @@
-//! The live view on the page: a device's line read in a thread, and what is new told as server-sent events.
+//! The live view on the page: a device's line read in a thread, and what is new told as server-sent
+//! events.
 
 use crate::device::live::{Column, Happened, LiveView, LoopPoint, Picture};
 use crate::device::telemetry::line::Source;
@@ -101,7 +102,8 @@ impl Live {
         }
     }
 
-    /// What a page is told from now on: all there is, then what is new. Costs nothing while no device is looked at.
+    /// What a page is told from now on: all there is, then what is new. Costs nothing while no
+    /// device is looked at.
     pub(super) fn events(self: &Arc<Self>) -> Events {
         let (send, told) = mpsc::channel(2);
         let live = Arc::clone(self);

@@ -1,4 +1,5 @@
-//! A study with a log too long to be held in memory: its channels thinned, and told to the pages while they are read.
+//! A study with a log too long to be held in memory: its channels thinned, and told to the pages
+//! while they are read.
 
 use crate::study::Role;
 use crate::study::long::overview::Overview;
@@ -97,7 +98,8 @@ impl Long {
         })
     }
 
-    /// Some rows of a log, thinned to what a screen shows: read where they are few, from the overview otherwise.
+    /// Some rows of a log, thinned to what a screen shows: read where they are few, from the
+    /// overview otherwise.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Usage`] where there is no such log, and what reading it says.
@@ -106,7 +108,8 @@ impl Long {
         let (log, overview) = found.ok_or_else(|| Error::usage("there is no such log"))?;
         let to = to.min(log.rows());
         let from = from.min(to.saturating_sub(1));
-        // A part of the drawing is then two bins at least, so that none is drawn at the wrong place.
+        // A part of the drawing is then two bins at least, so that none is drawn at the wrong
+        // place.
         let coarse = (to - from) / POINTS >= 2 * locked(overview).bin();
         let mut parts = match coarse {
             true => locked(overview).thinned(from..to, POINTS),

@@ -1,4 +1,5 @@
-//! The models of a study that lie in its folder: what they are made of, how wrong they are, and which came out of which.
+//! The models of a study that lie in its folder: what they are made of, how wrong they are, and
+//! which came out of which.
 
 use super::folder::{Folder, WRITTEN};
 use crate::model::file::{AxisError, HistoryEntry, ModelFile};

@@ -1,4 +1,5 @@
-//! The one session of a lab: reads the study's folder, starts commands, follows them, and tells the pages.
+//! The one session of a lab: reads the study's folder, starts commands, follows them, and tells the
+//! pages.
 
 use super::action::{Action, Plan, Then};
 use super::folder::{Folder, WRITTEN};

@@ -1,4 +1,5 @@
-//! What all open pages share: the study, its models, what is looked at, what runs, and what was done.
+//! What all open pages share: the study, its models, what is looked at, what runs, and what was
+//! done.
 
 use super::action::{Known, Then};
 use super::folder::Folder;
@@ -25,7 +26,8 @@ pub(super) enum Opened {
     Missing,
     /// It was read.
     Study(Value),
-    /// It has a log that is too long to be held in memory; its channels are shown, and segments can be chosen.
+    /// It has a log that is too long to be held in memory; its channels are shown, and segments can
+    /// be chosen.
     Long,
     /// It cannot be read, in a sentence.
     Wrong(String),
@@ -71,7 +73,8 @@ pub(super) struct State {
     pub(super) folder: Folder,
     pub(super) opened: Opened,
     pub(super) long: Option<Arc<Long>>,
-    /// Studies in the folder: the one that was opened, and those of segments that were chosen of it.
+    /// Studies in the folder: the one that was opened, and those of segments that were chosen of
+    /// it.
     pub(super) studies: Vec<String>,
     pub(super) records: Vec<String>,
     pub(super) models: Vec<Entry>,

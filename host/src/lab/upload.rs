@@ -10,16 +10,18 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The largest log that is taken; a larger one is put into the folder by hand and named at the start.
+/// The largest log that is taken; a larger one is put into the folder by hand and named at the
+/// start.
 pub(super) const LARGEST_LOG: u64 = 1 << 30;
 /// So long may a sender pause.
 const PAUSE: Duration = Duration::from_secs(10);
 
-/// Takes a log; the file is there whole and can be read, or is not there at all, and none is written over.
+/// Takes a log; the file is there whole and can be read, or is not there at all, and none is
+/// written over.
 ///
 /// # Errors
-/// One sentence: a name that is no plain file name, a file that is there already, a body that is too large, stops, or cannot be
-/// written.
+/// One sentence: a name that is no plain file name, a file that is there already, a body that is
+/// too large, stops, or cannot be written.
 pub(super) async fn take(folder: &Folder, name: &str, mut body: Body) -> Result<String> {
     let name = safe_log_name(name)?;
     let path = folder.path.join(&name);

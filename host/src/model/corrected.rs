@@ -10,8 +10,8 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 
 impl ModelFile {
-    /// The study with its force channels put right, as the right instruments would have logged it; itself when they are. Its
-    /// inertias stay as they are stated.
+    /// The study with its force channels put right, as the right instruments would have logged it;
+    /// itself when they are. Its inertias stay as they are stated.
     ///
     /// # Errors
     /// As [`ModelFile::corrections`] and `ModelFile::corrected_record`.

@@ -1,8 +1,9 @@
 //! What a model knows to be wrong with the instruments of its study, and the study put right.
 //!
-//! The effects of the instrument are found like those of the joint, but they are no part of its force: they say by how much a
-//! channel or an inertia is wrong. From the moment a model holds one, every record is read as the right instruments would
-//! have read it, and the prediction is held against that:
+//! The effects of the instrument are found like those of the joint, but they are no part of its
+//! force: they say by how much a channel or an inertia is wrong. From the moment a model holds one,
+//! every record is read as the right instruments would have read it, and the prediction is held
+//! against that:
 //!
 //! | effect | what becomes of the study |
 //! |---|---|
@@ -32,7 +33,8 @@ use jointwatch_shared::effect::{Entry, Subsystem};
 pub struct Corrections {
     /// One per axis; that of an axis that is not there is none.
     pub force: [ForceCorrection; 2],
-    /// What stands in a channel with a size of its own in every record; `ModelFile::corrected_record` takes it out.
+    /// What stands in a channel with a size of its own in every record;
+    /// `ModelFile::corrected_record` takes it out.
     pub per_record: Vec<EffectValues>,
 }
 
@@ -99,7 +101,8 @@ impl Corrections {
         self.force.iter().all(ForceCorrection::is_none) && self.per_record.is_empty()
     }
 
-    /// A record with its force channels in time, of the right size and free of one another; what is another in every record stays in it.
+    /// A record with its force channels in time, of the right size and free of one another; what is
+    /// another in every record stays in it.
     pub fn record(&self, record: &Record, sample_rate_hz: f64) -> Record {
         let mut record = record.clone();
         if self.force.iter().all(ForceCorrection::is_none) {
@@ -124,7 +127,8 @@ impl Corrections {
     }
 }
 
-/// The corrections that a device applies, as the effects they came from; that of an inertia stands in the model's axis.
+/// The corrections that a device applies, as the effects they came from; that of an inertia stands
+/// in the model's axis.
 pub fn of_device(model: &Model) -> Vec<ModelEffect> {
     let axes = &model.header().axes;
     let names: Vec<&str> = axes.iter().map(|a| a.name.as_str()).collect();

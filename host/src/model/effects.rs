@@ -1,4 +1,5 @@
-//! The physical effects of a model on the host: how they stand in `model.json`, and which axis each is bound to.
+//! The physical effects of a model on the host: how they stand in `model.json`, and which axis each
+//! is bound to.
 
 use super::ModelAxis;
 use crate::study::Study;
@@ -31,7 +32,8 @@ pub struct ParameterValue {
     pub value: f64,
     /// The SI unit; – for a number without one.
     pub unit: String,
-    /// The interval that covers the true value in 95 of 100 such experiments; none when the records do not say.
+    /// The interval that covers the true value in 95 of 100 such experiments; none when the
+    /// records do not say.
     pub interval: Option<[f64; 2]>,
 }
 
@@ -42,7 +44,8 @@ impl ModelEffect {
         self.has_all(positive, |found| found.value == 0.0)
     }
 
-    /// Whether no strength of it is told by the records: the interval of each holds 0, or there is none.
+    /// Whether no strength of it is told by the records: the interval of each holds 0, or there is
+    /// none.
     pub fn is_undetermined(&self) -> bool {
         self.has_all(Parameter::is_linear, |found| {
             found
@@ -65,7 +68,8 @@ impl ModelEffect {
         listed.peek().is_some() && listed.all(|(_, found)| holds(found))
     }
 
-    /// An effect with its values in SI; `names` and `kinds` are those of the model's axes, `intervals` may be empty.
+    /// An effect with its values in SI; `names` and `kinds` are those of the model's axes,
+    /// `intervals` may be empty.
     pub fn new(
         bound: &AxisEffect,
         names: &[&str],
@@ -226,7 +230,8 @@ pub struct AxisEffect {
     pub entry: &'static Entry,
     /// The axis, from 0; 0 for an effect on both.
     pub axis: usize,
-    /// The name of the input that its force is proportional to; none for one that follows the motion alone.
+    /// The name of the input that its force is proportional to; none for one that follows the
+    /// motion alone.
     pub input: Option<&'static str>,
 }
 
@@ -276,12 +281,13 @@ impl From<&EffectValues> for AxisEffect {
 }
 
 impl AxisEffect {
-    /// Reads `effect@axis`, or `effect` for one that acts on both axes; `effect*input@axis` or `effect@axis * input(name)` for one whose force
-    /// is proportional to an input of the study; `effect*input~10ms@axis` where the input acts behind a first-order lag.
+    /// Reads `effect@axis`, or `effect` for one that acts on both axes; `effect*input@axis` or
+    /// `effect@axis * input(name)` for one whose force is proportional to an input of the
+    /// study; `effect*input~10ms@axis` where the input acts behind a first-order lag.
     ///
     /// # Errors
-    /// One sentence: an effect that is not known (with the nearest that is), an axis that does not exist, is missing, or is too
-    /// much, an effect on two axes where there is one.
+    /// One sentence: an effect that is not known (with the nearest that is), an axis that does not
+    /// exist, is missing, or is too much, an effect on two axes where there is one.
     pub fn parse(text: &str, axes: &[&str]) -> Result<Self> {
         let (name, axis) = match text.split_once('@') {
             Some((name, axis)) => (name, Some(axis)),
@@ -368,7 +374,8 @@ impl AxisEffect {
         }
     }
 
-    /// The unit of one of its parameters on axes of these kinds: `N`, or `N per voltage` where the force follows an input.
+    /// The unit of one of its parameters on axes of these kinds: `N`, or `N per voltage` where the
+    /// force follows an input.
     pub fn unit(
         &self,
         parameter: &Parameter,
@@ -388,12 +395,14 @@ impl AxisEffect {
         }
     }
 
-    /// Whether a parameter that its force is proportional to has to be positive: one that follows an input may fall with it.
+    /// Whether a parameter that its force is proportional to has to be positive: one that follows
+    /// an input may fall with it.
     pub fn is_positive(&self, parameter: &Parameter) -> bool {
         self.input.is_none() && matches!(parameter.role, Role::Linear { positive: true })
     }
 
-    /// Whether the other one is the same effect on the same axis, whatever inputs they follow: then they share their shapes.
+    /// Whether the other one is the same effect on the same axis, whatever inputs they follow: then
+    /// they share their shapes.
     pub fn is_twin(&self, other: &Self) -> bool {
         self.entry == other.entry && self.axis == other.axis && self.input != other.input
     }
@@ -427,7 +436,8 @@ impl AxisEffect {
     /// Refuses an effect that a study has no column or too few records for.
     ///
     /// # Errors
-    /// One sentence: an input that the study has not, or a zero per record in a study of one record.
+    /// One sentence: an input that the study has not, or a zero per record in a study of one
+    /// record.
     pub(crate) fn check_in(&self, study: &Study, axes: &[&str]) -> Result<()> {
         study.check_input(&self.name(axes), self.input)?;
         let stands = self.entry.is_zero_per_record() && self.entry.parameters().len() == 1;
@@ -467,7 +477,8 @@ impl AxisEffect {
         })
     }
 
-    /// Whether the other one is this one with special strengths, so that adding this one takes it out of a model.
+    /// Whether the other one is this one with special strengths, so that adding this one takes it
+    /// out of a model.
     pub fn replaces(&self, other: &Self) -> bool {
         self.axis == other.axis
             && self.input == other.input

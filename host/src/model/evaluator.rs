@@ -1,4 +1,5 @@
-//! A model evaluated state by state, as a simulation needs it: one point at a time, without allocating.
+//! A model evaluated state by state, as a simulation needs it: one point at a time, without
+//! allocating.
 
 use super::scalar::HostScalar;
 use super::time_history::law_parameters;
@@ -15,16 +16,19 @@ use jointwatch_shared::effect::{
 /// One number of a model, which a simulation may be differentiated by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Number {
-    /// A parameter of an effect of the joint: the effect's place among all effects of the joint, and its own among the effect's.
+    /// A parameter of an effect of the joint: the effect's place among all effects of the joint,
+    /// and its own among the effect's.
     Parameter(usize, usize),
     /// A coefficient of a polynomial: its axis and its place.
     Coefficient(usize, usize),
 }
 
-/// A model at work inside a simulation: what was learnt, and what the model remembers of the motion so far.
+/// A model at work inside a simulation: what was learnt, and what the model remembers of the motion
+/// so far.
 ///
-/// An integrator asks for [`Evaluator::force_at`] as often as its sub-steps need, with the model's memory frozen, and calls
-/// [`Evaluator::advance`] once when a step is accepted. Polynomials and networks remember nothing, some effects do.
+/// An integrator asks for [`Evaluator::force_at`] as often as its sub-steps need, with the model's
+/// memory frozen, and calls [`Evaluator::advance`] once when a step is accepted. Polynomials and
+/// networks remember nothing, some effects do.
 #[derive(Clone, Debug)]
 pub struct Evaluator<S = f64> {
     inputs: Vec<InputRange>,
@@ -89,7 +93,8 @@ enum Law<S> {
 }
 
 impl<S: HostScalar> EffectPoint<S> {
-    /// `names` are those of the inputs; `lift` is told the place of each parameter and its number as the law takes it.
+    /// `names` are those of the inputs; `lift` is told the place of each parameter and its number
+    /// as the law takes it.
     fn new(term: &EffectValues, names: &[String], lift: impl Fn(usize, f64) -> S) -> Self {
         let mut parameters = [S::zero(); MAX_PARAMETERS];
         let taken = law_parameters(term.entry, &term.values);
@@ -156,7 +161,8 @@ impl Evaluator {
         Self::lifted(model, |_, value| value)
     }
 
-    /// Prepares effects of the joint alone, for a joint of `inputs` states and steps of `step_s` seconds.
+    /// Prepares effects of the joint alone, for a joint of `inputs` states and steps of `step_s`
+    /// seconds.
     pub(crate) fn of_effects(inputs: usize, effects: &[EffectValues], step_s: f64) -> Self {
         let unit = InputRange {
             center: 0.0,
@@ -175,7 +181,8 @@ impl Evaluator {
 }
 
 impl<S: HostScalar> Evaluator<S> {
-    /// Prepares a model; `lift` is told every number of its effects and of a polynomial, as the laws take it.
+    /// Prepares a model; `lift` is told every number of its effects and of a polynomial, as the
+    /// laws take it.
     ///
     /// # Errors
     /// As [`Evaluator::new`].
@@ -216,8 +223,9 @@ impl<S: HostScalar> Evaluator<S> {
         }
     }
 
-    /// Restoring force [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), 0 on an axis that the model does not have; a model of one
-    /// axis looks at the first two states only. The same as the whole-record `predict` to rounding.
+    /// Restoring force [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), 0 on an axis that the model does
+    /// not have; a model of one axis looks at the first two states only. The same as the
+    /// whole-record `predict` to rounding.
     pub fn force_at(&self, state: &[S; 4]) -> [S; 2] {
         let mut known = [S::zero(); 4];
         let states = known.iter_mut().zip(state).take(self.motion_states);
@@ -244,7 +252,8 @@ impl<S: HostScalar> Evaluator<S> {
         force
     }
 
-    /// Tells the model what its inputs are from now on, in the order of [`ModelFile::input_names`] and in the units of the study.
+    /// Tells the model what its inputs are from now on, in the order of [`ModelFile::input_names`]
+    /// and in the units of the study.
     pub fn follow(&mut self, inputs: &[f64]) {
         self.followed.clear();
         self.followed.extend_from_slice(inputs);
@@ -255,8 +264,8 @@ impl<S: HostScalar> Evaluator<S> {
         }
     }
 
-    /// Tells the model that `time_step_s` has passed and that the joint is now at `state`, so that it can move its internal
-    /// states on.
+    /// Tells the model that `time_step_s` has passed and that the joint is now at `state`, so that
+    /// it can move its internal states on.
     pub fn advance(&mut self, state: &[S; 4], time_step_s: f64) {
         if self.effects.is_empty() {
             return;
@@ -284,8 +293,8 @@ fn products<S: HostScalar>(u: S, v: S) -> [S; 16] {
     std::array::from_fn(|at| u[at / 4] * v[at % 4])
 }
 
-/// A polynomial with its coefficients in one block of 16 per product of the first two inputs' powers; of two inputs there
-/// is one block, and they take the place of the last two.
+/// A polynomial with its coefficients in one block of 16 per product of the first two inputs'
+/// powers; of two inputs there is one block, and they take the place of the last two.
 #[derive(Clone, Debug)]
 struct PolynomialPoint<S> {
     /// Per axis.

@@ -1,4 +1,5 @@
-//! `model.json`: a learnt model with everything needed to evaluate it on another record and to export it.
+//! `model.json`: a learnt model with everything needed to evaluate it on another record and to
+//! export it.
 
 use crate::model::check_states;
 use crate::model::corrections::{Corrections, of_the_joint};
@@ -49,8 +50,8 @@ impl Base {
         }
     }
 
-    /// The training range of every state: displacement and velocity of each axis, SI; of one axis a third may be that of an input of the
-    /// study.
+    /// The training range of every state: displacement and velocity of each axis, SI; of one axis a
+    /// third may be that of an input of the study.
     pub fn inputs(&self) -> &[InputRange] {
         match self {
             Base::Polynomial(polynomial) => &polynomial.inputs,
@@ -120,7 +121,8 @@ pub struct AxisFit {
     pub axis: String,
     /// Terms that are not zero; of a network, its weights and biases.
     pub terms: usize,
-    /// Weight of the ridge that cross-validation chose; 0 without one; of a network, α/β of its Bayesian regularisation.
+    /// Weight of the ridge that cross-validation chose; 0 without one; of a network, α/β of its
+    /// Bayesian regularisation.
     pub ridge: f64,
     /// Effective number of parameters at that ridge.
     pub effective_parameters: f64,
@@ -142,7 +144,8 @@ pub struct ErrorChange {
 }
 
 impl ErrorChange {
-    /// Whether the error over all axes falls to half or less: the root of the sum of the squares of the relative errors.
+    /// Whether the error over all axes falls to half or less: the root of the sum of the squares of
+    /// the relative errors.
     pub fn halves(&self) -> bool {
         let power =
             |errors: &[AxisError]| -> f64 { errors.iter().map(|e| e.relative_error.powi(2)).sum() };
@@ -156,7 +159,8 @@ impl ErrorChange {
 pub enum JudgedOn {
     /// Records that the model was not learnt from.
     Validation,
-    /// Stretches of the training records, each predicted from the rest: the study has no validation records.
+    /// Stretches of the training records, each predicted from the rest: the study has no validation
+    /// records.
     HeldOutBlocks,
 }
 
@@ -181,7 +185,8 @@ pub struct HistoryEntry {
     /// What an addition did to the errors; none for anything else.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<ErrorChange>,
-    /// Errors on the records the model was not learnt from, after it; empty when the study has none.
+    /// Errors on the records the model was not learnt from, after it; empty when the study has
+    /// none.
     pub validation: Vec<AxisError>,
 }
 
@@ -196,7 +201,8 @@ pub struct ModelFile {
     pub axes: Vec<ModelAxis>,
     /// What the force is made of.
     pub base: Base,
-    /// Physical effects: those of the joint add to the base, those of the instruments correct the study's data.
+    /// Physical effects: those of the joint add to the base, those of the instruments correct the
+    /// study's data.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<ModelEffect>,
     /// What effects and base follow beside the motion.
@@ -205,8 +211,9 @@ pub struct ModelFile {
     /// The input of the study that is the last state of a polynomial or network of one axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state_input: Option<String>,
-    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a network, `variable projection` for effects alone,
-    /// `output error` for a model refined by simulation.
+    /// How it was fitted: `ridge`, `least-squares` or `select`; `Levenberg-Marquardt` for a
+    /// network, `variable projection` for effects alone, `output error` for a model refined by
+    /// simulation.
     pub fit: String,
     /// Per axis, how the coefficients came about.
     pub fits: Vec<AxisFit>,
@@ -229,7 +236,8 @@ impl ModelFile {
     /// Reads and checks a model file.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] naming the file, the line where it stops being a model, and what to try.
+    /// [`crate::text::error::Kind::Data`] naming the file, the line where it stops being a model,
+    /// and what to try.
     pub fn read(path: &Path) -> Result<Self> {
         let text = input::read_to_string(path).map_err(|e| {
             Error::data(format!(
@@ -328,8 +336,8 @@ impl ModelFile {
         self.effects.iter().map(|e| e.in_si(&self.axes)).collect()
     }
 
-    /// Reads the study that it, perhaps with more effects, is to be held against; a column that an effect follows is an input there, whether
-    /// the study names it or not.
+    /// Reads the study that it, perhaps with more effects, is to be held against; a column that an
+    /// effect follows is an input there, whether the study names it or not.
     ///
     /// # Errors
     /// As [`Study::read`], and as [`Self::effects_in_si`].
@@ -361,10 +369,12 @@ impl ModelFile {
         Corrections::of(&self.effects_in_si()?, self.axes.len())
     }
 
-    /// Restoring force per axis, in N or N·m, along a record with the states [x, ẋ] or [x, ẋ, φ, φ̇] in SI.
+    /// Restoring force per axis, in N or N·m, along a record with the states [x, ẋ] or [x, ẋ, φ,
+    /// φ̇] in SI.
     ///
-    /// Rows have to follow each other at the model's sample rate, because effects may have memory. Effects of the instrument
-    /// are no part of it: they correct what it is held against ([`ModelFile::corrected`]).
+    /// Rows have to follow each other at the model's sample rate, because effects may have memory.
+    /// Effects of the instrument are no part of it: they correct what it is held against
+    /// ([`ModelFile::corrected`]).
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.

@@ -35,7 +35,8 @@ impl ModelFile {
         check_inputs(&self.input_names()?, |name| study.has_input(name))
     }
 
-    /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model was learnt from.
+    /// Refuses a study whose motion or sign of the force cannot be that of the joint that the model
+    /// was learnt from.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`], one sentence.

@@ -23,7 +23,8 @@ use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// How one input is brought to ±1: `u = (value − center) / half_range`, over all training records together.
+/// How one input is brought to ±1: `u = (value − center) / half_range`, over all training records
+/// together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InputRange {
     /// Middle of the training range, SI.
@@ -56,11 +57,13 @@ pub struct FollowedInput {
 /// Σ a·u₁^i·u₂^j·u₃^k·u₄^l of normalised inputs, per axis (the paper's Eqs. 10 and 11).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Polynomial {
-    /// Highest exponent of each input, 0 to 3: displacement and velocity of each axis; of one axis a third may be an input of the study.
+    /// Highest exponent of each input, 0 to 3: displacement and velocity of each axis; of one axis
+    /// a third may be an input of the study.
     pub orders: Vec<u8>,
     /// How each input is normalised.
     pub inputs: Vec<InputRange>,
-    /// Per axis (m+1)(n+1)(o+1)(p+1) coefficients in N or N·m, the last input's exponent running fastest.
+    /// Per axis (m+1)(n+1)(o+1)(p+1) coefficients in N or N·m, the last input's exponent running
+    /// fastest.
     pub coefficients: Vec<Vec<f64>>,
 }
 

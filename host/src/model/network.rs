@@ -14,7 +14,8 @@ const BLOCK: usize = 128;
 /// Two inputs and one output for one axis, four and two for two axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Network {
-    /// How each input is normalised: P = (state − center) / half_range; of one axis a third may be an input of the study.
+    /// How each input is normalised: P = (state − center) / half_range; of one axis a third may be
+    /// an input of the study.
     pub inputs: Vec<InputRange>,
     /// How each axis's output is normalised: force = center + half_range·T, N or N·m.
     pub outputs: Vec<InputRange>,
@@ -73,11 +74,12 @@ impl Network {
         Ok(())
     }
 
-    /// The restoring force of every axis, N or N·m, at every row of `states` (one series per input, SI).
+    /// The restoring force of every axis, N or N·m, at every row of `states` (one series per input,
+    /// SI).
     ///
     /// # Errors
-    /// One sentence when the network does not pass [`Network::check`], or when the number of inputs or the lengths of
-    /// the series differ.
+    /// One sentence when the network does not pass [`Network::check`], or when the number of inputs
+    /// or the lengths of the series differ.
     pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         self.check()?;
         let rows = super::check_states(states, self.inputs.len())?;

@@ -1,7 +1,9 @@
-//! Parts of a force channel that are another in every record: its zero and its drift, and the size and phase of mains hum.
+//! Parts of a force channel that are another in every record: its zero and its drift, and the size
+//! and phase of mains hum.
 //!
-//! Only what shapes such a law carries over from one record to the next, the frequency of the mains for one. The law is evaluated at a
-//! size of 1, for hum twice, a quarter of a turn apart, for a drift once at each of its sizes, and least squares says how much of it a record holds.
+//! Only what shapes such a law carries over from one record to the next, the frequency of the mains
+//! for one. The law is evaluated at a size of 1, for hum twice, a quarter of a turn apart, for a
+//! drift once at each of its sizes, and least squares says how much of it a record holds.
 
 use crate::model::time_history::{TimeHistory, law_parameters};
 use jointwatch_shared::base::terms::EffectValues;
@@ -10,12 +12,15 @@ use std::f64::consts::TAU;
 
 /// Phases at which a law is evaluated, in turns: a sum of the two is the law at any size and phase.
 pub(crate) const PHASES: [f64; 2] = [0.0, 0.25];
-/// How far from a shape's starts a line is looked for, as a part of them: grids are held to a tenth of that.
+/// How far from a shape's starts a line is looked for, as a part of them: grids are held to a tenth
+/// of that.
 const NEIGHBOURHOOD: f64 = 0.01;
-/// Points per width of a line (one over the length of the longest record) at which its neighbourhood is scanned.
+/// Points per width of a line (one over the length of the longest record) at which its
+/// neighbourhood is scanned.
 const POINTS_PER_LINE: f64 = 6.0;
 
-/// The factors of one column or two, one per size and phase, that leave least of a series; 0 for columns that cannot be told apart.
+/// The factors of one column or two, one per size and phase, that leave least of a series; 0 for
+/// columns that cannot be told apart.
 pub(crate) fn least_squares(columns: &[Vec<f64>], series: &[f64]) -> [f64; 2] {
     let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
     match columns {
@@ -36,9 +41,11 @@ pub(crate) fn least_squares(columns: &[Vec<f64>], series: &[f64]) -> [f64; 2] {
     }
 }
 
-/// What an effect with a size of its own in every record has in one: that part, for each of the record's `rows`.
+/// What an effect with a size of its own in every record has in one: that part, for each of the
+/// record's `rows`.
 ///
-/// `series` is what everything else leaves of the record from row `first` on, one value per `period_s`.
+/// `series` is what everything else leaves of the record from row `first` on, one value per
+/// `period_s`.
 pub(crate) fn part_of(
     term: &EffectValues,
     series: &[f64],
@@ -91,7 +98,8 @@ pub(crate) fn take_out(terms: &[EffectValues], axis: usize, residual: &mut [f64]
     }
 }
 
-/// The frequency, Hz, near a start of a shape at which the records hold the strongest line, phases and sizes free.
+/// The frequency, Hz, near a start of a shape at which the records hold the strongest line, phases
+/// and sizes free.
 pub(crate) fn strongest(records: &[&[f64]], rate_hz: f64, shape: &Shape) -> f64 {
     let rows = records.iter().map(|r| r.len()).max().unwrap_or(0).max(1);
     let step = rate_hz / rows as f64 / POINTS_PER_LINE;
@@ -122,7 +130,8 @@ pub(crate) fn strongest(records: &[&[f64]], rate_hz: f64, shape: &Shape) -> f64 
     best.1
 }
 
-/// Σ y·e^(−2πi·n·turns): the recurrence of a rotating pointer, set anew before its roundings add up.
+/// Σ y·e^(−2πi·n·turns): the recurrence of a rotating pointer, set anew before its roundings add
+/// up.
 fn correlation(series: &[f64], turns: f64) -> [f64; 2] {
     const AGAIN: usize = 1024;
     let (sine, cosine) = (TAU * turns).sin_cos();

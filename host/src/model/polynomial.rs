@@ -9,8 +9,8 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 /// Rows evaluated together: their powers stay in the first-level cache.
 const BLOCK: usize = 256;
 
-/// The exponents of every term for the given orders, in the order of the coefficients: the last input's
-/// exponent runs fastest. Fewer than four inputs leave the other exponents 0.
+/// The exponents of every term for the given orders, in the order of the coefficients: the last
+/// input's exponent runs fastest. Fewer than four inputs leave the other exponents 0.
 pub fn exponents(orders: &[u8]) -> Vec<[u8; 4]> {
     let order = |input: usize| orders.get(input).copied().unwrap_or(0);
     let mut terms = Vec::new();
@@ -27,8 +27,8 @@ pub fn exponents(orders: &[u8]) -> Vec<[u8; 4]> {
 }
 
 impl Polynomial {
-    /// Whether the parts fit together: two to four inputs, orders 0 to 3, as many coefficients as the orders
-    /// ask for, everything finite.
+    /// Whether the parts fit together: two to four inputs, orders 0 to 3, as many coefficients as
+    /// the orders ask for, everything finite.
     ///
     /// # Errors
     /// One sentence that says which part does not fit.
@@ -69,15 +69,17 @@ impl Polynomial {
         Ok(())
     }
 
-    /// The restoring force of every axis, N or N·m, at every row of `states` (one series per input, SI).
+    /// The restoring force of every axis, N or N·m, at every row of `states` (one series per input,
+    /// SI).
     ///
     /// # Errors
-    /// One sentence when the polynomial does not pass [`Polynomial::check`], or when the number of inputs or
-    /// the lengths of the series differ.
+    /// One sentence when the polynomial does not pass [`Polynomial::check`], or when the number of
+    /// inputs or the lengths of the series differ.
     pub fn predict(&self, states: &[&[f64]]) -> Result<Vec<Vec<f64>>> {
         self.check()?;
         let rows = super::check_states(states, self.inputs.len())?;
-        // Σ c·(u^i·v^j)·(w^k·z^l): one matrix product over the second pair, then a sum over the first.
+        // Σ c·(u^i·v^j)·(w^k·z^l): one matrix product over the second pair, then a sum over the
+        // first.
         let axes = self.coefficients.len();
         let pairs_second = match self.inputs.len() {
             2 => 1,

@@ -1,12 +1,13 @@
-//! Products of powers of two inputs, block by block: what polynomial fits and predictions are built from.
+//! Products of powers of two inputs, block by block: what polynomial fits and predictions are built
+//! from.
 //!
-//! The loops are plain Rust; `pulp` compiles them for the vector registers that the processor turns out to have. Each
-//! product is rounded the same way on all of them.
+//! The loops are plain Rust; `pulp` compiles them for the vector registers that the processor turns
+//! out to have. Each product is rounded the same way on all of them.
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// Exponents of the two inputs of each product, highest exponent 6. The sixteen with both exponents up to 3
-/// come first, the second exponent running fastest, so that they can be used alone.
+/// Exponents of the two inputs of each product, highest exponent 6. The sixteen with both exponents
+/// up to 3 come first, the second exponent running fastest, so that they can be used alone.
 pub(crate) const PAIRS: [(usize, usize); 49] = pairs();
 
 const fn pairs() -> [(usize, usize); 49] {
@@ -43,13 +44,14 @@ const fn positions() -> [[usize; 7]; 7] {
     positions
 }
 
-/// Fills `products` with u^a·v^b in the order of [`PAIRS`]: one stretch of `u.len()` values per product, as
-/// many products (16 or 49) as there is room for.
+/// Fills `products` with u^a·v^b in the order of [`PAIRS`]: one stretch of `u.len()` values per
+/// product, as many products (16 or 49) as there is room for.
 pub(crate) fn pair_products(u: &[f64], v: &[f64], products: &mut [f64]) {
     Arch::new().dispatch(ByProduct { u, v, products });
 }
 
-/// A loop as `pulp` takes it: what stands in `with_simd` is compiled once per kind of vector register.
+/// A loop as `pulp` takes it: what stands in `with_simd` is compiled once per kind of vector
+/// register.
 struct ByProduct<'a> {
     u: &'a [f64],
     v: &'a [f64],
@@ -66,8 +68,8 @@ impl WithSimd for ByProduct<'_> {
         products[..rows].fill(1.0);
         let count = products.len() / rows;
         for (i, (a, b)) in PAIRS.into_iter().enumerate().take(count).skip(1) {
-            // One multiplication from a product that stands further to the left: both halves of `PAIRS`
-            // rise in the first exponent, and in the second within it.
+            // One multiplication from a product that stands further to the left: both halves of
+            // `PAIRS` rise in the first exponent, and in the second within it.
             let (from, factor) = if b > 0 {
                 (POSITION[a][b - 1], v)
             } else {
@@ -82,16 +84,17 @@ impl WithSimd for ByProduct<'_> {
     }
 }
 
-/// Values per sample in [`pair_products_by_sample`] before the weighted products: seven unused ones, so that the product
-/// after the constant begins a cache line, and the 49 products.
+/// Values per sample in [`pair_products_by_sample`] before the weighted products: seven unused
+/// ones, so that the product after the constant begins a cache line, and the 49 products.
 pub(crate) const SAMPLE: usize = 56;
 
 /// Where in a sample's values the 49 products begin.
 pub(crate) const CONSTANT: usize = 7;
 
-/// The products u^a·v^b sample by sample, as the left side of a matrix product wants them: per sample [`SAMPLE`]
-/// values of which the product with exponents a and b stands at [`CONSTANT`] + 7a + b, then for each output 16
-/// values, the products with exponents up to 3 (at 4a + b) times that output at that sample.
+/// The products u^a·v^b sample by sample, as the left side of a matrix product wants them: per
+/// sample [`SAMPLE`] values of which the product with exponents a and b stands at
+/// [`CONSTANT`] + 7a + b, then for each output 16 values, the products with exponents up to 3 (at
+/// 4a + b) times that output at that sample.
 pub(crate) fn pair_products_by_sample(
     u: &[f64],
     v: &[f64],

@@ -4,7 +4,8 @@ use jointwatch_shared::effect::{Entry, Law as EffectLaw, SLOPES};
 use jointwatch_shared::scalar::Scalar;
 use jointwatch_shared::scalar::dual::Dual;
 
-/// A kind of number in which the host simulates: f64 moves, a dual number also says how the motion changes with one quantity.
+/// A kind of number in which the host simulates: f64 moves, a dual number also says how the motion
+/// changes with one quantity.
 pub trait HostScalar: Scalar + Send + Sync + 'static {
     /// A number that depends on nothing.
     fn constant(value: f64) -> Self;
@@ -31,7 +32,8 @@ impl HostScalar for f64 {
     }
 }
 
-/// The law of an effect for a dual number: which it is depends on how many slopes the number carries.
+/// The law of an effect for a dual number: which it is depends on how many slopes the number
+/// carries.
 macro_rules! dual {
     ($slopes:expr, $law:ident) => {
         impl HostScalar for Dual<{ $slopes }> {

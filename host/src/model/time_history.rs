@@ -114,11 +114,12 @@ impl<'a> TimeHistory<'a> {
         }
     }
 
-    /// Puts the force that a model predicts at every row, N or N·m, in the place of what the force channels read: the applied force
-    /// that `joint`, the force of the joint per axis, and an inertia per axis ask for, `F = s·r + m·a`.
+    /// Puts the force that a model predicts at every row, N or N·m, in the place of what the force
+    /// channels read: the applied force that `joint`, the force of the joint per axis, and an
+    /// inertia per axis ask for, `F = s·r + m·a`.
     ///
-    /// What an instrument does wrong grows with the true force. The measured one also holds whatever the model lacks, and
-    /// would explain that by itself.
+    /// What an instrument does wrong grows with the true force. The measured one also holds
+    /// whatever the model lacks, and would explain that by itself.
     pub fn predict(&mut self, joint: &[Vec<f64>], inertia: &[f64]) {
         let Some(said) = &mut self.instruments else {
             return;
@@ -172,7 +173,8 @@ impl<'a> TimeHistory<'a> {
         self.inputs
     }
 
-    /// An input, behind its lag, as a factor of forces; 1 where none is named, 0 where the record has none of this name.
+    /// An input, behind its lag, as a factor of forces; 1 where none is named, 0 where the record
+    /// has none of this name.
     pub(crate) fn input(&self, name: Option<&str>) -> Factor<'a> {
         let Some(name) = name else {
             return Factor(None);
@@ -200,9 +202,10 @@ impl<'a> TimeHistory<'a> {
         self.states.first().map_or(0, |series| series.len())
     }
 
-    /// Evaluates the law of an effect on `axis` along the record, in the record's order, from internal states of 0 before what is known of
-    /// the motion before it; `phase` is the
-    /// record's own, in turns, for an effect that has one; `each` is given the row and the force on the own and the other axis.
+    /// Evaluates the law of an effect on `axis` along the record, in the record's order, from
+    /// internal states of 0 before what is known of the motion before it; `phase` is the
+    /// record's own, in turns, for an effect that has one; `each` is given the row and the force on
+    /// the own and the other axis.
     pub fn along<S: HostScalar>(
         &self,
         entry: &Entry,
@@ -214,7 +217,8 @@ impl<'a> TimeHistory<'a> {
         self.along_changing(entry, *parameters, |_, _| (), axis, phase, each);
     }
 
-    /// The same with strengths that `change` from row to row. No state of a law depends on a strength.
+    /// The same with strengths that `change` from row to row. No state of a law depends on a
+    /// strength.
     pub(crate) fn along_changing<S: HostScalar>(
         &self,
         entry: &Entry,
@@ -375,8 +379,8 @@ fn rate(force: &[f64], period_s: f64) -> Vec<f64> {
 
 /// Adds the forces of effects to those of every axis, N or N·m, row by row along a record.
 ///
-/// `forces` has one series per axis, as long as the record. An effect whose size is the record's own is left out:
-/// it is found in what the others leave (`crate::model::per_record`).
+/// `forces` has one series per axis, as long as the record. An effect whose size is the record's
+/// own is left out: it is found in what the others leave (`crate::model::per_record`).
 pub fn add_forces(terms: &[EffectValues], history: &TimeHistory<'_>, forces: &mut [Vec<f64>]) {
     for term in terms.iter().filter(|term| !term.entry.is_per_record()) {
         let parameters = law_parameters(term.entry, &term.values);

@@ -8,8 +8,8 @@ const RUNS: usize = 5;
 
 /// CPU seconds that `work` takes in one thread, the median of five runs.
 ///
-/// CPU time rather than time on the clock, and one thread rather than all: only so is it the same quantity for a fit that
-/// uses every core and one that does not, on a machine that may be busy.
+/// CPU time rather than time on the clock, and one thread rather than all: only so is it the same
+/// quantity for a fit that uses every core and one that does not, on a machine that may be busy.
 ///
 /// # Errors
 /// What `work` gives, or that no thread could be started.

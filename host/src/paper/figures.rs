@@ -6,13 +6,16 @@ use crate::signal::motion::{self, Motion};
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
 
-/// Verification and validation of a model (Figs. 7 to 10 and 15 to 18): one figure each, for the last training record,
-/// which in a study of two axes is the one with both driven, and for the last validation record.
+/// Verification and validation of a model (Figs. 7 to 10 and 15 to 18): one figure each, for the
+/// last training record, which in a study of two axes is the one with both driven, and for the last
+/// validation record.
 ///
-/// `names` are the files' names without their ending, `words` those of the legend, what was measured and the model.
+/// `names` are the files' names without their ending, `words` those of the legend, what was
+/// measured and the model.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study lacks one of the roles or the model gives numbers that are not finite.
+/// [`crate::text::error::Kind::Data`] when the study lacks one of the roles or the model gives
+/// numbers that are not finite.
 pub(super) fn verification_and_validation(
     study: &Study,
     model: &ModelFile,
@@ -45,8 +48,9 @@ pub(super) fn verification_and_validation(
 
 /// The training records (Figs. 6 and 14): restoring force over displacement and velocity.
 ///
-/// With two axes the records are the paper's three: x driven alone, φ alone, both. An axis that is not driven rests, because
-/// the coupling needs both, so that its panels would be empty: the two records with one driven axis share a row.
+/// With two axes the records are the paper's three: x driven alone, φ alone, both. An axis that is
+/// not driven rests, because the coupling needs both, so that its panels would be empty: the two
+/// records with one driven axis share a row.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the model does not fit the study.

@@ -1,4 +1,5 @@
-//! Measured joints in place of the paper's test rig (Figs. 14 to 18): public data, where they are at hand.
+//! Measured joints in place of the paper's test rig (Figs. 14 to 18): public data, where they are
+//! at hand.
 
 use super::figures::{training, verification_and_validation};
 use super::network;
@@ -90,22 +91,25 @@ pub struct MeasuredJoint {
     pub outside_range: f64,
     /// Plain, ridge, selected terms, network.
     pub fits: Vec<MeasuredFit>,
-    /// Validation NMSE of every training of the network in the common band, percent, in the order of their seeds.
+    /// Validation NMSE of every training of the network in the common band, percent, in the order
+    /// of their seeds.
     pub trainings: Vec<f64>,
     /// Which of them was kept, by the evidence of the training record.
     pub kept: usize,
 }
 
-/// A measured joint with its figures: Fig. 14, Figs. 15 and 16 of the polynomial, Figs. 17 and 18 of the network.
+/// A measured joint with its figures: Fig. 14, Figs. 15 and 16 of the polynomial, Figs. 17 and 18
+/// of the network.
 pub(super) struct Section {
     pub(super) joint: MeasuredJoint,
     pub(super) drawings: Vec<Drawing>,
 }
 
-/// Learns one measured joint and draws it; a joint whose logs are not there is left out with the reason.
+/// Learns one measured joint and draws it; a joint whose logs are not there is left out with the
+/// reason.
 ///
-/// `data` is what `--data` gave. Without it the logs are looked for in the folder `data` of `JOINTWATCH_DATA`, and without that in
-/// `../shared/data`.
+/// `data` is what `--data` gave. Without it the logs are looked for in the folder `data` of
+/// `JOINTWATCH_DATA`, and without that in `../shared/data`.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the logs are there but cannot be used.

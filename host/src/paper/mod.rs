@@ -1,7 +1,8 @@
 //! The paper reproduced: its figures and its two headline ratios, as a page with drawings.
 //!
-//! [`paper`] computes everything first; [`Paper::write`] then leaves the page and its figures behind. What the page says in numbers
-//! is formatted from [`Results`], so that text and figures cannot disagree.
+//! [`paper`] computes everything first; [`Paper::write`] then leaves the page and its figures
+//! behind. What the page says in numbers is formatted from [`Results`], so that text and figures
+//! cannot disagree.
 
 mod cost;
 mod figures;
@@ -40,8 +41,8 @@ pub struct Paper {
 /// `progress` is told what is being done.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Usage`] for no seeds or no restarts; [`crate::text::error::Kind::Data`] when measured logs are there but cannot be
-/// used.
+/// [`crate::text::error::Kind::Usage`] for no seeds or no restarts;
+/// [`crate::text::error::Kind::Data`] when measured logs are there but cannot be used.
 pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
     if options.seeds == 0 || options.restarts == 0 {
         return Err(Error::usage(
@@ -99,7 +100,8 @@ pub fn paper(options: &PaperOptions, progress: &dyn Fn(&str)) -> Result<Paper> {
     })
 }
 
-/// Refuses a folder that cannot be made because a file is in its way, before anything is computed for it.
+/// Refuses a folder that cannot be made because a file is in its way, before anything is computed
+/// for it.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Failed`] with the file's path.
@@ -115,7 +117,8 @@ pub fn check_folder(out: &Path) -> Result<()> {
 }
 
 impl Paper {
-    /// Writes `paper.md` into a folder, which is made when it is missing, and the figures into its folder `paper`.
+    /// Writes `paper.md` into a folder, which is made when it is missing, and the figures into its
+    /// folder `paper`.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Failed`] when a folder cannot be made or a file not be written.

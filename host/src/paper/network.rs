@@ -12,7 +12,8 @@ use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
 use std::sync::atomic::AtomicBool;
 
-/// The paper's error ratio: a training is timed up to where it has brought the polynomial's error down by this.
+/// The paper's error ratio: a training is timed up to where it has brought the polynomial's error
+/// down by this.
 const SIXTEENTH: f64 = super::ratios::PAPERS_ERROR_RATIO;
 
 /// A trained network: the model that was kept, and all of its trainings.
@@ -45,7 +46,8 @@ pub(super) fn train(study: &Study, restarts: usize) -> Result<Trained> {
 }
 
 impl Trained {
-    /// Errors and costs for the tables; `plain` is the validation NMSE of the plain polynomial per axis, percent, in the common band.
+    /// Errors and costs for the tables; `plain` is the validation NMSE of the plain polynomial per
+    /// axis, percent, in the common band.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the study has no validation record.
@@ -75,7 +77,8 @@ impl Trained {
         Ok((errors.collect::<Result<_>>()?, self.fit.best))
     }
 
-    /// When the training that was kept first had a sixteenth of the plain polynomial's validation error on every axis.
+    /// When the training that was kept first had a sixteenth of the plain polynomial's validation
+    /// error on every axis.
     fn cpu_s_to_sixteenth(&self, study: &Study, plain: &[f64]) -> Result<Option<f64>> {
         let motions = motion::motions(study, &self.model.filters)?;
         let Some(validation) = motions

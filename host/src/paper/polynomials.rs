@@ -64,8 +64,9 @@ impl Denominator {
 
     /// CPU seconds from the motions of the training records to coefficients.
     ///
-    /// For plain least squares that is the solution of the normal equations and nothing else, as the paper's
-    /// identification was. The cross-validation of the other two belongs to them: without it they have no coefficients.
+    /// For plain least squares that is the solution of the normal equations and nothing else, as
+    /// the paper's identification was. The cross-validation of the other two belongs to them:
+    /// without it they have no coefficients.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the records cannot be fitted.

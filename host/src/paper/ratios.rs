@@ -1,4 +1,5 @@
-//! The paper's two headline ratios over several seeds: how much lower the network's error is, how much longer it trains.
+//! The paper's two headline ratios over several seeds: how much lower the network's error is, how
+//! much longer it trains.
 
 use super::polynomials::Denominator;
 use super::spread::Spread;
@@ -83,8 +84,8 @@ pub struct NetworkRun {
     pub cpu_s: f64,
     /// CPU seconds of all restarts together.
     pub cpu_s_all: f64,
-    /// CPU seconds after which the training that was kept had a validation error a sixteenth of the plain polynomial's
-    /// on every axis, in the common band; none when it never had.
+    /// CPU seconds after which the training that was kept had a validation error a sixteenth of
+    /// the plain polynomial's on every axis, in the common band; none when it never had.
     pub cpu_s_to_sixteenth: Option<f64>,
 }
 
@@ -138,7 +139,8 @@ pub enum Share {
     ToSixteenth,
 }
 
-/// Training time of the network over that of the polynomial, CPU seconds on both sides; `None` when no seed has such a time.
+/// Training time of the network over that of the polynomial, CPU seconds on both sides; `None` when
+/// no seed has such a time.
 pub fn time_ratio(runs: &[SeedRun], fit: Denominator, share: Share) -> Option<Spread> {
     Spread::of(runs.iter().filter_map(|run| {
         let network = match share {

@@ -13,7 +13,8 @@ pub struct PaperOptions {
     pub seeds: u64,
     /// Trainings of each network, of which the best is kept; at least 1.
     pub restarts: usize,
-    /// The folder that holds the measured joints' folders; where to look otherwise: `JOINTWATCH_DATA`, `../shared`.
+    /// The folder that holds the measured joints' folders; where to look otherwise:
+    /// `JOINTWATCH_DATA`, `../shared`.
     pub data: Option<PathBuf>,
 }
 

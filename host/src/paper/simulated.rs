@@ -1,4 +1,5 @@
-//! The paper's Section 3 on the simulated rig: its studies, the models learnt from them, and Figs. 6 to 10.
+//! The paper's Section 3 on the simulated rig: its studies, the models learnt from them, and Figs.
+//! 6 to 10.
 
 use super::figures::{training, verification_and_validation};
 use super::network;
@@ -83,7 +84,8 @@ pub(super) fn learn(
     Ok((run, learnt))
 }
 
-/// What the record with both axes driven gives by itself, without the two records in which one axis is driven alone.
+/// What the record with both axes driven gives by itself, without the two records in which one axis
+/// is driven alone.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BothOnlyRun {
     /// Seed of the drives.
@@ -94,8 +96,8 @@ pub struct BothOnlyRun {
     pub network: Errors,
 }
 
-/// Learns every model from the third training record alone, seen through perfect sensors: the claim of the paper's Section 6 is that
-/// such a model fails on other records.
+/// Learns every model from the third training record alone, seen through perfect sensors: the claim
+/// of the paper's Section 6 is that such a model fails on other records.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when a model cannot be learnt.

@@ -1,4 +1,5 @@
-//! What a drawing shows of one axis of one record: its motion, and its restoring force measured and predicted.
+//! What a drawing shows of one axis of one record: its motion, and its restoring force measured and
+//! predicted.
 
 use crate::model::file::ModelFile;
 use crate::signal::motion::{Motion, low_pass};
@@ -63,7 +64,8 @@ impl AxisHistory {
     }
 }
 
-/// Every axis of a record as a model sees it, the record's instruments put right ([`ModelFile::corrected`]); both forces low-passed alike, as the error figures have them.
+/// Every axis of a record as a model sees it, the record's instruments put right
+/// ([`ModelFile::corrected`]); both forces low-passed alike, as the error figures have them.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when the states are not those of the model's inputs.

@@ -6,11 +6,12 @@ use super::phase::{self, Against};
 use super::style::Pen;
 use super::time_history;
 
-/// A figure in the paper's layout (Figs. 8, 10, 15 to 18): a time history per axis, each as wide as the page, and below them
-/// the phase plots. With two axes those are over displacement, with one axis over displacement and velocity.
+/// A figure in the paper's layout (Figs. 8, 10, 15 to 18): a time history per axis, each as wide as
+/// the page, and below them the phase plots. With two axes those are over displacement, with one
+/// axis over displacement and velocity.
 ///
-/// The time histories show the middle of the record, about twenty swings, the phase plots all of it. `measured` and `model`
-/// are the words of the legend.
+/// The time histories show the middle of the record, about twenty swings, the phase plots all of
+/// it. `measured` and `model` are the words of the legend.
 pub fn comparison(histories: &[AxisHistory], measured: &str, model: &str) -> Figure {
     let rows = time_history::window(histories);
     let time_panels = histories

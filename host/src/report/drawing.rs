@@ -45,7 +45,8 @@ pub fn make(folder: &Path) -> Result<()> {
     })
 }
 
-/// Writes drawings into a folder, which is made where it is missing; files of the same names are replaced.
+/// Writes drawings into a folder, which is made where it is missing; files of the same names are
+/// replaced.
 ///
 /// # Errors
 /// As [`make`]; when a file cannot be written.

@@ -1,4 +1,5 @@
-//! What people read about the effects: the list, the page of one with the loop that it draws, the page of all of them.
+//! What people read about the effects: the list, the page of one with the loop that it draws, the
+//! page of all of them.
 
 use crate::text::table::Table;
 use crate::text::text_plot::TextPlot;
@@ -174,7 +175,8 @@ fn caption(entry: &Entry) -> String {
     all.concat().join(", ")
 }
 
-/// What a parameter that is never less than another one exceeds it by in a loop, as a factor: else nothing would be seen of it.
+/// What a parameter that is never less than another one exceeds it by in a loop, as a factor: else
+/// nothing would be seen of it.
 const EXCEEDS: f64 = 1.5;
 
 /// The value that a loop is drawn with, relative to a displacement and a velocity of 1.

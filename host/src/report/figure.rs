@@ -11,7 +11,8 @@ use std::fmt::Display;
 
 /// Points that all curves of a figure have together at the most: about 100 kB.
 const POINTS: usize = 11_000;
-/// A curve may stray this far from the measured one, in drawing units, of which a figure is 1600 wide.
+/// A curve may stray this far from the measured one, in drawing units, of which a figure is 1600
+/// wide.
 const TOLERANCE: f64 = 0.6;
 
 /// One curve of a panel.
@@ -43,9 +44,11 @@ pub struct Panel {
 /// How a curve of more points than a drawing can show is thinned out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Thinned {
-    /// To an outline that strays from the curve by less than the eye sees: for loops, and for histories of few swings.
+    /// To an outline that strays from the curve by less than the eye sees: for loops, and for
+    /// histories of few swings.
     Outline,
-    /// To the least and the largest value in every pixel column: for histories of any length, of which no peak is lost.
+    /// To the least and the largest value in every pixel column: for histories of any length, of
+    /// which no peak is lost.
     Columns,
 }
 
@@ -62,7 +65,8 @@ impl Figure {
     /// The figure as an SVG document of at most about 150 kB.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when a curve is empty or holds a number that is not finite.
+    /// [`crate::text::error::Kind::Data`] when a curve is empty or holds a number that is not
+    /// finite.
     pub fn svg(&self) -> Result<String> {
         for panel in self.rows.iter().flatten() {
             panel.check()?;
@@ -187,7 +191,8 @@ impl Panel {
     }
 }
 
-/// The range of an axis: from the least to the largest value and a share of that beyond on either side.
+/// The range of an axis: from the least to the largest value and a share of that beyond on either
+/// side.
 pub(super) fn limits(values: impl Iterator<Item = f64>, beyond: f64) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
         (v.min(low), v.max(high))

@@ -1,9 +1,10 @@
-//! Drawings of a model on a record, as SVG: time histories, phase plots, the residual over the state plane, the staircase of
-//! errors.
+//! Drawings of a model on a record, as SVG: time histories, phase plots, the residual over the
+//! state plane, the staircase of errors.
 //!
-//! A [`AxisHistory`] holds what is drawn of one axis of one record. [`time_history`] and [`phase`] turn it into a [`Panel`], a
-//! [`Figure`] lays panels out in rows, and [`Figure::svg`] draws them; [`StatePlane`] and [`staircase`] draw their own kind of
-//! picture. [`pictures`] makes all of them for a model and a study. Every drawing is readable without colour.
+//! A [`AxisHistory`] holds what is drawn of one axis of one record. [`time_history`] and [`phase`]
+//! turn it into a [`Panel`], a [`Figure`] lays panels out in rows, and [`Figure::svg`] draws them;
+//! [`StatePlane`] and [`staircase`] draw their own kind of picture. [`pictures`] makes all of them
+//! for a model and a study. Every drawing is readable without colour.
 
 mod axis_history;
 mod comparison;

@@ -28,7 +28,8 @@ pub fn measured(history: &AxisHistory, against: Against, title: String) -> Panel
     )
 }
 
-/// A panel with measured and predicted restoring force over some rows of the record: loops can be told apart while they are few.
+/// A panel with measured and predicted restoring force over some rows of the record: loops can be
+/// told apart while they are few.
 pub fn compared(history: &AxisHistory, against: Against, rows: Range<usize>) -> Panel {
     let over = match against {
         Against::Displacement => "displacement",

@@ -17,13 +17,15 @@ use crate::study::{Role, Study};
 use crate::text::error::Result;
 use std::collections::HashSet;
 
-/// Per record and axis the force and the residual over time and the phase plots, and per axis the residual over the state
-/// plane; an axis that rests in a record is left out there. Logs without time have neither velocity nor state plane.
+/// Per record and axis the force and the residual over time and the phase plots, and per axis the
+/// residual over the state plane; an axis that rests in a record is left out there. Logs without
+/// time have neither velocity nor state plane.
 ///
 /// `comparison` is that of the model on this study.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
+/// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that
+/// are not finite.
 pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Result<Vec<Drawing>> {
     let corrected = model.corrected(study)?;
     let motions = motion::motions(&corrected, &model.filters)?;
@@ -69,7 +71,8 @@ pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Re
     Ok(drawings)
 }
 
-/// The pictures of a model on a study, and a staircase of errors: what was done step by step, and the floor of each axis.
+/// The pictures of a model on a study, and a staircase of errors: what was done step by step, and
+/// the floor of each axis.
 ///
 /// # Errors
 /// As [`of_model`] and [`of_staircase`].
@@ -159,7 +162,8 @@ fn of_course(history: &AxisHistory, failing: Vec<(f64, f64)>, file: &str) -> (Fi
     (over_time, phases)
 }
 
-/// A record's file as the beginning of file names: its stem in plain letters, with a number where another record has taken it.
+/// A record's file as the beginning of file names: its stem in plain letters, with a number where
+/// another record has taken it.
 fn free_name(file: &str, taken: &mut HashSet<String>) -> String {
     let stem = std::path::Path::new(file).file_stem().unwrap_or_default();
     let stem = plain(&stem.to_string_lossy());
@@ -172,8 +176,8 @@ fn free_name(file: &str, taken: &mut HashSet<String>) -> String {
     name
 }
 
-/// Letters, digits, underscores and dots of a name; anything else that a file system or a shell might take otherwise becomes
-/// an underscore.
+/// Letters, digits, underscores and dots of a name; anything else that a file system or a shell
+/// might take otherwise becomes an underscore.
 fn plain(name: &str) -> String {
     let letter = |c: char| {
         if c.is_alphanumeric() || ".".contains(c) {

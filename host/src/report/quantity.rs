@@ -1,4 +1,5 @@
-//! A quantity on an axis of a drawing: its name, the unit with a fitting prefix, and the numbers along the axis.
+//! A quantity on an axis of a drawing: its name, the unit with a fitting prefix, and the numbers
+//! along the axis.
 
 use crate::text::units::prefixed;
 
@@ -32,7 +33,8 @@ impl Quantity {
     }
 }
 
-/// A number along an axis that spans `span`: no more decimals than the ticks differ by, and a minus that is not a hyphen.
+/// A number along an axis that spans `span`: no more decimals than the ticks differ by, and a minus
+/// that is not a hyphen.
 pub(super) fn tick(value: f64, span: f64) -> String {
     // Ticks are about a fifth of the span apart, in steps of 1, 2 or 5.
     let decimals = (-(0.1 * span).log10().floor()).clamp(0.0, 9.0) as usize;

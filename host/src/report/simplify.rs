@@ -1,7 +1,7 @@
 //! Thinning a curve out: the points that can go without the eye seeing it.
 
-/// A curve through fewer points that nowhere strays from the given one by more than `tolerance` (Ramer, Douglas,
-/// Peucker); first and last point stay.
+/// A curve through fewer points that nowhere strays from the given one by more than `tolerance`
+/// (Ramer, Douglas, Peucker); first and last point stay.
 ///
 /// Points and tolerance in the same unit, that of the drawing.
 pub(super) fn simplify(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)> {
@@ -30,8 +30,8 @@ pub(super) fn simplify(points: &[(f64, f64)], tolerance: f64) -> Vec<(f64, f64)>
     kept.map(|(point, _)| *point).collect()
 }
 
-/// The same with the smallest tolerance, from `tolerance` on in steps of half as much again, that leaves at most `most`
-/// points.
+/// The same with the smallest tolerance, from `tolerance` on in steps of half as much again, that
+/// leaves at most `most` points.
 pub(super) fn simplify_to(
     points: &[(f64, f64)],
     mut tolerance: f64,
@@ -41,15 +41,18 @@ pub(super) fn simplify_to(
     let mut thin = simplify(points, tolerance);
     while thin.len() > most {
         tolerance *= 1.5;
-        // What one tolerance dropped a larger one drops as well, nearly: starting over costs little and adds no error.
+        // What one tolerance dropped a larger one drops as well, nearly: starting over costs little
+        // and adds no error.
         thin = simplify(points, tolerance);
     }
     thin
 }
 
-/// What is left of a history when every pixel column keeps its first, least, largest and last point, in their order.
+/// What is left of a history when every pixel column keeps its first, least, largest and last
+/// point, in their order.
 ///
-/// Points in units of the drawing, a pixel each, from left to right; no peak is lost, however long the history.
+/// Points in units of the drawing, a pixel each, from left to right; no peak is lost, however long
+/// the history.
 pub(super) fn extremes(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut thin = Vec::new();
     for column in points.chunk_by(|a, b| a.0.floor() == b.0.floor()) {

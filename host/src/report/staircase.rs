@@ -25,13 +25,16 @@ const PANEL_HEIGHT: u32 = 560;
 /// Room below a panel for two lines of words.
 const LABELS: u32 = 96;
 
-/// A panel per axis: the error before and after every step as treads leading down, each with its number, and the noise floor
-/// as the line where they must stop. The error's axis is logarithmic, so that the way to the floor can be seen.
+/// A panel per axis: the error before and after every step as treads leading down, each with its
+/// number, and the noise floor as the line where they must stop. The error's axis is logarithmic,
+/// so that the way to the floor can be seen.
 ///
-/// `floors` are relative errors like those of the steps; an axis of which no floor is known gets no line.
+/// `floors` are relative errors like those of the steps; an axis of which no floor is known gets no
+/// line.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when there is no step, or an axis has no error in one of them.
+/// [`crate::text::error::Kind::Data`] when there is no step, or an axis has no error in one of
+/// them.
 pub fn staircase(axes: &[&str], steps: &[Step], floors: &PerAxis) -> Result<String> {
     if axes.is_empty() || steps.is_empty() {
         return Err(Error::data(
@@ -125,8 +128,8 @@ fn panel(
     Ok(())
 }
 
-/// The ends of the error's axis: room for the words below the floor and the numbers above the treads; an axis without any error gets one
-/// to draw on.
+/// The ends of the error's axis: room for the words below the floor and the numbers above the
+/// treads; an axis without any error gets one to draw on.
 fn ends(treads: &[(&str, f64)], floor: Option<f64>) -> (f64, f64) {
     let seen = treads.iter().map(|t| t.1).chain(floor).filter(|v| *v > 0.0);
     let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(low, high), v| {
@@ -147,7 +150,8 @@ struct Label {
     letters: TextStyle<'static>,
 }
 
-/// The number above every tread, its name below the panel, and the noise floor's; `low` is the panel's lower edge.
+/// The number above every tread, its name below the panel, and the noise floor's; `low` is the
+/// panel's lower edge.
 fn labels(treads: &[(&str, f64)], floor: Option<f64>, low: f64) -> Vec<Label> {
     let count = treads.len() as f64;
     let mut labels = Vec::new();

@@ -32,8 +32,8 @@ pub fn found(diagnosis: &Diagnosis) -> Vec<Step> {
     steps
 }
 
-/// Before and after on the records that the model has not seen (on all, where it has seen all), several records as the root
-/// of their mean square.
+/// Before and after on the records that the model has not seen (on all, where it has seen all),
+/// several records as the root of their mean square.
 pub fn added(changes: &[Change], label: &str) -> (Vec<Step>, PerAxis) {
     let awake = || changes.iter().filter(|c| !c.at_rest);
     let held_out = awake().any(|c| c.role == Role::Validate);

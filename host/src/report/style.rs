@@ -25,10 +25,12 @@ const GRID: RGBColor = RGBColor(225, 225, 225);
 const FRAME: RGBColor = RGBColor(90, 90, 90);
 const TEXT: RGBColor = RGBColor(0, 0, 0);
 
-/// What marks a failing region, a shaded stretch or a line to be reached: vermilion, which stands out from blues and greys
-/// for every kind of colour vision (M. Okabe, K. Ito, Color Universal Design, 2008).
+/// What marks a failing region, a shaded stretch or a line to be reached: vermilion, which stands
+/// out from blues and greys for every kind of colour vision (M. Okabe, K. Ito, Color Universal
+/// Design, 2008).
 pub(super) const MARK: RGBColor = RGBColor(213, 94, 0);
-/// The lightest, the middle and the darkest shade of a heat map, blue: the order shows in the lightness alone.
+/// The lightest, the middle and the darkest shade of a heat map, blue: the order shows in the
+/// lightness alone.
 const HEAT: [RGBColor; 3] = [
     RGBColor(236, 243, 250),
     RGBColor(86, 148, 200),
@@ -55,8 +57,8 @@ pub(super) fn shade() -> ShapeStyle {
 
 /// What a curve shows; decides how it is drawn.
 ///
-/// The paper draws a solid line for what was measured and a dash-dot line for the model. Here the solid line is broad and
-/// grey besides, so that both can be seen where they coincide.
+/// The paper draws a solid line for what was measured and a dash-dot line for the model. Here the
+/// solid line is broad and grey besides, so that both can be seen where they coincide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pen {
     /// Measured, beside a model: broad, grey, solid.
@@ -99,7 +101,8 @@ impl Pen {
 
 /// Gives the dash-dot curves of a finished drawing their dashes.
 ///
-/// plotters can only chop a curve into one element per dash, which makes files ten times as large; SVG itself knows dashes.
+/// plotters can only chop a curve into one element per dash, which makes files ten times as large;
+/// SVG itself knows dashes.
 pub(super) fn with_dashes(svg: &str) -> String {
     let mut text = svg.to_owned();
     for pen in [Pen::Measured, Pen::Model, Pen::Alone] {
@@ -109,7 +112,8 @@ pub(super) fn with_dashes(svg: &str) -> String {
             text = text.replace(&stroke, &format!("{stroke} stroke-dasharray=\"{dashes}\""));
         }
     }
-    // Corners of a curve are rounded: the spikes of a pointed corner would show forces that nobody measured.
+    // Corners of a curve are rounded: the spikes of a pointed corner would show forces that nobody
+    // measured.
     text.replace(
         "<polyline fill=\"none\"",
         "<polyline stroke-linejoin=\"round\" fill=\"none\"",
@@ -121,8 +125,8 @@ pub(super) fn letters(size: u32) -> TextStyle<'static> {
     (FontFamily::SansSerif, size).into_font().color(&TEXT)
 }
 
-/// The size of letters, at most `size`, at which a line of words fits into `room` drawing units; still readable ones where it
-/// does not.
+/// The size of letters, at most `size`, at which a line of words fits into `room` drawing units;
+/// still readable ones where it does not.
 pub(super) fn fitting(words: &str, room: f64, size: u32) -> u32 {
     // A letter of a sans-serif face is a little over half as wide as high.
     let wanted = room / (0.56 * words.chars().count().max(1) as f64);

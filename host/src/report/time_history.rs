@@ -1,4 +1,5 @@
-//! Time histories: the restoring force over time, measured and predicted; over rows where a log has no time.
+//! Time histories: the restoring force over time, measured and predicted; over rows where a log has
+//! no time.
 
 use super::axis_history::AxisHistory;
 use super::figure::{Curve, Panel, Thinned};
@@ -51,7 +52,8 @@ pub fn whole(history: &AxisHistory) -> Panel {
     }
 }
 
-/// A panel with the residual, measured less predicted, over the whole record; `failing` are stretches to shade, s.
+/// A panel with the residual, measured less predicted, over the whole record; `failing` are
+/// stretches to shade, s.
 pub fn residual(history: &AxisHistory, failing: Vec<(f64, f64)>) -> Panel {
     let residual = history.residual();
     let force = Quantity::new(
@@ -73,9 +75,11 @@ pub fn residual(history: &AxisHistory, failing: Vec<(f64, f64)>) -> Panel {
     }
 }
 
-/// The middle rows of a record in which its liveliest axis swings about twenty times; all of a slower record.
+/// The middle rows of a record in which its liveliest axis swings about twenty times; all of a
+/// slower record.
 ///
-/// All axes of a record are drawn over the same rows, so that what one does can be seen beside what the other does.
+/// All axes of a record are drawn over the same rows, so that what one does can be seen beside what
+/// the other does.
 pub fn window(histories: &[AxisHistory]) -> Range<usize> {
     let rows = histories
         .first()
@@ -92,7 +96,8 @@ pub fn window(histories: &[AxisHistory]) -> Range<usize> {
     first..first + shown
 }
 
-/// About twenty swings of a record around the largest displacement from the mean; all of a slower record.
+/// About twenty swings of a record around the largest displacement from the mean; all of a slower
+/// record.
 pub fn about_largest(history: &AxisHistory) -> Range<usize> {
     let shown = window(std::slice::from_ref(history)).len();
     let displacement = &history.displacement;

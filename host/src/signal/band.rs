@@ -1,16 +1,19 @@
 //! Which band a study's logs support: the common band of fits, and the wider band of the states.
 //!
-//! Both are read from spectra over all records. The noise floor of a displacement is its median between 0.40 and 0.48 of
-//! the sample rate, where encoder counts speak and joints do not; that of a restoring force is its median between 0.10
-//! and 0.36, because drives put single lines higher up, and the differentiators are shut there.
+//! Both are read from spectra over all records. The noise floor of a displacement is its median
+//! between 0.40 and 0.48 of the sample rate, where encoder counts speak and joints do not; that of
+//! a restoring force is its median between 0.10 and 0.36, because drives put single lines higher
+//! up, and the differentiators are shut there.
 //!
-//! - **State band**: where the displacement's density falls to twice its floor, signal and noise are equal; a velocity
-//!   cut there has the least mean square error. The most limited axis decides, and rounding of sharp contact corners
-//!   below that frequency would cost more than the noise, so it is not made narrower.
-//! - **Common band**: of the restoring force's power below the state band, taking only frequencies at which it stands ten
-//!   times above its floor, 99.9 % lies below it. What is above adds noise to every error figure and hardly any joint.
-//!   An acceleration that is derived brings the position's noise with it, (2πf)⁴ of its floor. Three nines, because
-//!   contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever they are, so a stepped
+//! - **State band**: where the displacement's density falls to twice its floor, signal and noise
+//!   are equal; a velocity cut there has the least mean square error. The most limited axis
+//!   decides, and rounding of sharp contact corners below that frequency would cost more than the
+//!   noise, so it is not made narrower.
+//! - **Common band**: of the restoring force's power below the state band, taking only frequencies
+//!   at which it stands ten times above its floor, 99.9 % lies below it. What is above adds noise
+//!   to every error figure and hardly any joint. An acceleration that is derived brings the
+//!   position's noise with it, (2πf)⁴ of its floor. Three nines, because contact is in the tail:
+//!   with two, the corners of a clearance are gone. Lines count wherever they are, so a stepped
 //!   sine keeps its harmonics.
 
 use super::design::NARROWEST_DERIVATIVE;
@@ -21,8 +24,8 @@ use nalgebra::{Matrix4, Vector4};
 
 /// Rows per window of the spectra; a record shorter than this sets the length.
 const SEGMENT: usize = 4096;
-/// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing filter takes down what is
-/// above.
+/// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing
+/// filter takes down what is above.
 pub(crate) const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];
 /// Where a restoring force's noise floor is read.
 const FORCE_FLOOR: [f64; 2] = [0.10, WIDEST];
@@ -34,11 +37,13 @@ const STANDS_OUT: f64 = 10.0;
 const KEPT: f64 = 0.999;
 /// Lines that are averaged before a density is compared with its floor, an odd number.
 const SMOOTHED: usize = 9;
-/// The states' band is at most this share of the sample rate: the differentiators need room to fall to zero.
+/// The states' band is at most this share of the sample rate: the differentiators need room to fall
+/// to zero.
 pub const WIDEST: f64 = 0.36;
 
-/// Pass band of the differentiators in Hz, before the common band asks for more: where the displacement of the most
-/// limited axis drowns in its noise, between 0.06 and 0.36 of the sample rate.
+/// Pass band of the differentiators in Hz, before the common band asks for more: where the
+/// displacement of the most limited axis drowns in its noise, between 0.06 and 0.36 of the sample
+/// rate.
 pub fn state_band_hz(study: &Study) -> f64 {
     let noise_limited = (0..study.axes.len())
         .map(|axis| {
@@ -50,10 +55,11 @@ pub fn state_band_hz(study: &Study) -> f64 {
     noise_limited.clamp(NARROWEST_DERIVATIVE * rate, WIDEST * rate)
 }
 
-/// The common band in Hz: the widest that an axis's restoring force asks for, at most half of the widest state band (a study
-/// may state a wider one).
+/// The common band in Hz: the widest that an axis's restoring force asks for, at most half of the
+/// widest state band (a study may state a wider one).
 ///
-/// Where the inertia is not known yet, the one that explains the force best together with the states stands in for it.
+/// Where the inertia is not known yet, the one that explains the force best together with the
+/// states stands in for it.
 pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> f64 {
     let shortest = motions.iter().map(Motion::rows).min().unwrap_or(0);
     let rate = study.sample_rate_hz;
@@ -85,7 +91,8 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
     edge.clamp(1e-3 * rate, 0.5 * WIDEST * rate)
 }
 
-/// Noise floor of the position of which an axis's acceleration is derived; 0 where the acceleration is measured.
+/// Noise floor of the position of which an axis's acceleration is derived; 0 where the acceleration
+/// is measured.
 fn derived_floor(study: &Study, axis: usize) -> f64 {
     let channels = || study.records.iter().map(|record| &record.axes[axis]);
     if channels().any(|channels| channels.acceleration.is_some()) {
@@ -108,7 +115,8 @@ fn spectrum_of(study: &Study, axis: usize, series: impl Fn(&Channels) -> Vec<f64
     sum.finish()
 }
 
-/// Least squares of the force over acceleration, velocity, displacement and a constant; good enough for a spectrum.
+/// Least squares of the force over acceleration, velocity, displacement and a constant; good enough
+/// for a spectrum.
 fn likely_inertia(study: &Study, motions: &[Motion], axis: usize) -> f64 {
     let mut square = Matrix4::zeros();
     let mut right = Vector4::zeros();
@@ -127,7 +135,8 @@ fn likely_inertia(study: &Study, motions: &[Motion], axis: usize) -> f64 {
             right += inputs * motion.force[axis][row];
         }
     }
-    // Metres and metres per second² differ by powers of ten: scaled to a unit diagonal, the solve keeps its digits.
+    // Metres and metres per second² differ by powers of ten: scaled to a unit diagonal, the solve
+    // keeps its digits.
     let scale = square
         .diagonal()
         .map(|d| if d > 0.0 { d.sqrt() } else { 1.0 });
@@ -146,7 +155,8 @@ fn floor_of(spectrum: &Spectrum, [from, to]: [f64; 2]) -> f64 {
     densities.get(densities.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The frequency below which [`KEPT`] of the power lies that stands above the `level` there, up to `limit_hz`; 0 when none does.
+/// The frequency below which [`KEPT`] of the power lies that stands above the `level` there, up to
+/// `limit_hz`; 0 when none does.
 fn power_edge(spectrum: &Spectrum, level: impl Fn(f64) -> f64, limit_hz: f64) -> f64 {
     let lines: Vec<f64> = smoothed(spectrum)
         .zip(&spectrum.density)

@@ -1,9 +1,11 @@
-//! Design of the low-pass and of the band-limited first and second differentiators, by least squares.
+//! Design of the low-pass and of the band-limited first and second differentiators, by least
+//! squares.
 //!
-//! Why not a windowed ideal filter: a window leaves an error that is constant over the pass band, and what counts for a
-//! derivative is the error *relative* to `ω` or `ω²`, which must vanish at rest. Here each filter is the least-squares
-//! solution in relative error over the pass band, with zero gain above the stop edge, so a constant has derivative zero
-//! exactly and slow motion is differentiated as well as fast motion.
+//! Why not a windowed ideal filter: a window leaves an error that is constant over the pass band,
+//! and what counts for a derivative is the error *relative* to `ω` or `ω²`, which must vanish at
+//! rest. Here each filter is the least-squares solution in relative error over the pass band, with
+//! zero gain above the stop edge, so a constant has derivative zero exactly and slow motion is
+//! differentiated as well as fast motion.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
@@ -21,18 +23,20 @@ pub enum Ideal {
 
 /// Rounds of reweighting; more bring the ripple no lower by a decibel.
 const REWEIGHTINGS: usize = 8;
-/// Least pass band of a differentiator as a share of the sample rate: a second derivative over fewer hertz needs more
-/// taps than the device has to keep its promise on errors.
+/// Least pass band of a differentiator as a share of the sample rate: a second derivative over
+/// fewer hertz needs more taps than the device has to keep its promise on errors.
 pub const NARROWEST_DERIVATIVE: f64 = 0.06;
 
-/// Weight in the transition band, where any smooth fall will do; it keeps the equations well conditioned.
+/// Weight in the transition band, where any smooth fall will do; it keeps the equations well
+/// conditioned.
 const TRANSITION_WEIGHT: f64 = 1e-6;
 /// Frequencies per tap on which the error is summed.
 const GRID_PER_TAP: usize = 8;
 /// Attenuation the length estimate aims at, dB (Kaiser's rule).
 const ATTENUATION_DB: f64 = 90.0;
 
-/// The odd number of taps that reaches 90 dB over a transition of `transition_hz` (Kaiser 1974), at least 9.
+/// The odd number of taps that reaches 90 dB over a transition of `transition_hz` (Kaiser 1974), at
+/// least 9.
 pub fn taps_for(transition_hz: f64, sample_rate_hz: f64) -> usize {
     let width = 2.0 * PI * transition_hz / sample_rate_hz;
     let half = ((ATTENUATION_DB - 7.95) / (2.285 * width) / 2.0).ceil();
@@ -44,15 +48,18 @@ pub fn transition_for(taps: usize, sample_rate_hz: f64) -> f64 {
     (ATTENUATION_DB - 7.95) / (2.285 * (taps - 1) as f64) * sample_rate_hz / (2.0 * PI)
 }
 
-/// Designs a filter of an odd number of `taps`, flat from 0 to `pass_hz` and zero from `stop_hz` to half the sample rate.
+/// Designs a filter of an odd number of `taps`, flat from 0 to `pass_hz` and zero from `stop_hz` to
+/// half the sample rate.
 ///
-/// The taps are ordered for `y[n] = Σ taps[i]·x[n − i]`. With `pass_hz < stop_hz ≤ sample_rate_hz / 2` and a transition
-/// as wide as [`transition_for`] says, the relative error in the pass band stays below 1e-4 and the stop band lies 80 dB
-/// or more below the gain at the pass edge: for a low-pass always, for a differentiator when `pass_hz` is at least
-/// [`NARROWEST_DERIVATIVE`] of the sample rate and the transition is no wider than the pass band (asserted by the tests).
+/// The taps are ordered for `y[n] = Σ taps[i]·x[n − i]`. With `pass_hz < stop_hz ≤ sample_rate_hz /
+/// 2` and a transition as wide as [`transition_for`] says, the relative error in the pass band
+/// stays below 1e-4 and the stop band lies 80 dB or more below the gain at the pass edge: for a
+/// low-pass always, for a differentiator when `pass_hz` is at least [`NARROWEST_DERIVATIVE`] of the
+/// sample rate and the transition is no wider than the pass band (asserted by the tests).
 ///
 /// # Panics
-/// When `taps` is even or below 3, or when the edges are out of order: the caller chooses them, not the user.
+/// When `taps` is even or below 3, or when the edges are out of order: the caller chooses them, not
+/// the user.
 pub fn design(
     ideal: Ideal,
     sample_rate_hz: f64,
@@ -82,14 +89,15 @@ pub fn design(
     let mut counted = vec![true; grid];
     for g in 0..grid {
         let omega = PI * (g as f64 + 0.5) / grid as f64;
-        // The gain a derivative must have, 1 for the low-pass; errors count relative to it, above the pass band
-        // relative to its value at the pass edge.
+        // The gain a derivative must have, 1 for the low-pass; errors count relative to it, above
+        // the pass band relative to its value at the pass edge.
         let gain = |w: f64| match ideal {
             Ideal::LowPass => 1.0,
             Ideal::FirstDerivative => w,
             Ideal::SecondDerivative => w * w,
         };
-        // The first frequency past an edge still counts, so that the ripple is held up to the edge itself.
+        // The first frequency past an edge still counts, so that the ripple is held up to the edge
+        // itself.
         let (weight, shape) = if omega <= pass + PI / grid as f64 {
             (1.0, 1.0)
         } else if omega >= stop - PI / grid as f64 {
@@ -109,8 +117,8 @@ pub fn design(
     expand(ideal, solution.as_slice(), half, sample_rate_hz)
 }
 
-/// Least squares, repeated with more weight where the error was large (Lawson's method): plain least squares leaves most
-/// of its error at the two edges, ten times what it is elsewhere.
+/// Least squares, repeated with more weight where the error was large (Lawson's method): plain
+/// least squares leaves most of its error at the two edges, ten times what it is elsewhere.
 fn nearly_equal_ripple(
     rows: &DMatrix<f64>,
     wanted: &DVector<f64>,
@@ -149,7 +157,8 @@ fn nearly_equal_ripple(
     solution
 }
 
-/// The response of unknown `u` at `omega` rad/sample, real after the delay (and the j of a first derivative) is taken off.
+/// The response of unknown `u` at `omega` rad/sample, real after the delay (and the j of a first
+/// derivative) is taken off.
 fn basis(ideal: Ideal, u: usize, omega: f64) -> f64 {
     match ideal {
         Ideal::LowPass => (u as f64 * omega).cos(),
@@ -183,7 +192,8 @@ fn expand(ideal: Ideal, half_response: &[f64], half: usize, sample_rate_hz: f64)
         Ideal::SecondDerivative => {
             for m in 1..=half {
                 let tap = -0.5 * half_response[m - 1] * sample_rate_hz * sample_rate_hz;
-                // 1 − cos stands for −½x[n−m] + x[n] − ½x[n+m], and ω² for minus the second derivative.
+                // 1 − cos stands for −½x[n−m] + x[n] − ½x[n+m], and ω² for minus the second
+                // derivative.
                 taps[half - m] = -tap;
                 taps[half + m] = -tap;
                 taps[half] += 2.0 * tap;
@@ -193,7 +203,8 @@ fn expand(ideal: Ideal, half_response: &[f64], half: usize, sample_rate_hz: f64)
     taps
 }
 
-/// Gain of `taps` at `frequency_hz` divided by the ideal gain there (1, ω or −ω²); 1 means a perfect filter.
+/// Gain of `taps` at `frequency_hz` divided by the ideal gain there (1, ω or −ω²); 1 means a
+/// perfect filter.
 ///
 /// `frequency_hz` must be above 0 for the derivatives.
 pub fn relative_gain(ideal: Ideal, taps: &[f64], sample_rate_hz: f64, frequency_hz: f64) -> f64 {
@@ -234,7 +245,8 @@ mod tests {
         Ideal::SecondDerivative,
     ];
 
-    /// Largest relative error in the pass band and largest gain in the stop band, relative to the gain at the pass edge.
+    /// Largest relative error in the pass band and largest gain in the stop band, relative to the
+    /// gain at the pass edge.
     fn errors(ideal: Ideal, taps: &[f64], rate: f64, pass: f64, stop: f64) -> (f64, f64) {
         let order = match ideal {
             Ideal::LowPass => 0,

@@ -1,15 +1,16 @@
-//! What a joint remembers of the motion before a stretch: its last rows, and of those before them the turns that nothing has gone beyond.
+//! What a joint remembers of the motion before a stretch: its last rows, and of those before them
+//! the turns that nothing has gone beyond.
 //!
-//! A hysteresis forgets a loop once the motion has gone beyond its ends (the wiping-out property of Preisach models), and what relaxes
-//! forgets in time. So few rows stand for any number of them.
+//! A hysteresis forgets a loop once the motion has gone beyond its ends (the wiping-out property of
+//! Preisach models), and what relaxes forgets in time. So few rows stand for any number of them.
 
 /// Rows that are kept as they are.
 const WHOLE: usize = 2048;
 /// Rows of the travel from one turn to the next.
 const LEG: usize = 16;
 
-/// A motion, [x, ẋ] or [x, ẋ, φ, φ̇], as far as it is remembered after its last row: series of one length again. Between turns stand even
-/// travels at the mean velocity of the motion there.
+/// A motion, [x, ẋ] or [x, ẋ, φ, φ̇], as far as it is remembered after its last row: series of one
+/// length again. Between turns stand even travels at the mean velocity of the motion there.
 pub(super) fn remembered(states: &[Vec<f64>], sample_rate_hz: f64) -> Vec<Vec<f64>> {
     let rows = states.first().map_or(0, Vec::len);
     let old = rows.saturating_sub(WHOLE);
@@ -36,7 +37,8 @@ pub(super) fn remembered(states: &[Vec<f64>], sample_rate_hz: f64) -> Vec<Vec<f6
     states.chunks_exact(2).flat_map(axis).collect()
 }
 
-/// The first row, and those rows at which a displacement turned and beyond which it did not go again, the last first.
+/// The first row, and those rows at which a displacement turned and beyond which it did not go
+/// again, the last first.
 fn turns(x: &[f64]) -> Vec<usize> {
     let mut kept: Vec<(bool, usize)> = Vec::new();
     let [mut low, mut high] = [f64::INFINITY, f64::NEG_INFINITY];

@@ -1,12 +1,15 @@
-//! How often the device looks at a residual in the band: as often as the band needs, and not at every sample.
+//! How often the device looks at a residual in the band: as often as the band needs, and not at
+//! every sample.
 
 use super::fir::shut_from_hz;
 
-/// The binary logarithm, `most` at most, of the largest power of two such that of a signal low-passed by `taps` every so-many-th
-/// value is enough: whatever then looks like a frequency from 0 to `band_hz` but is another one is damped by 60 dB at least.
+/// The binary logarithm, `most` at most, of the largest power of two such that of a signal
+/// low-passed by `taps` every so-many-th value is enough: whatever then looks like a frequency from
+/// 0 to `band_hz` but is another one is damped by 60 dB at least.
 ///
-/// With every D-th value f looks like its distance from the nearest multiple of rate/D, so that nothing falls into the band when
-/// the filter is shut ([`shut_from_hz`]) from rate/D − `band_hz` on.
+/// With every D-th value f looks like its distance from the nearest multiple of rate/D, so that
+/// nothing falls into the band when the filter is shut ([`shut_from_hz`]) from rate/D − `band_hz`
+/// on.
 pub fn every_log2(taps: &[f64], sample_rate_hz: f64, band_hz: f64, most: u8) -> u8 {
     let needed_hz = shut_from_hz(taps, sample_rate_hz) + band_hz;
     let every = (sample_rate_hz / needed_hz).log2().floor();

@@ -1,4 +1,5 @@
-//! The three filters of a study: first derivative, second derivative and the low-pass of the common band.
+//! The three filters of a study: first derivative, second derivative and the low-pass of the common
+//! band.
 
 use super::band::{WIDEST, common_band_hz, state_band_hz};
 use super::design::{Ideal, design, taps_for, transition_for};
@@ -10,18 +11,22 @@ use crate::text::table::hertz;
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
-/// The states' band is at least this many times the common band, so that a force law sees the corners it makes.
+/// The states' band is at least this many times the common band, so that a force law sees the
+/// corners it makes.
 const STATES_OVER_COMMON: f64 = 2.0;
 /// A filter falls from its pass band to zero over this share of it, when the taps allow.
 const TRANSITION_WIDTH: f64 = 0.75;
-/// The common band's low-pass is made longer where it would fall to zero over more than this share of the band.
+/// The common band's low-pass is made longer where it would fall to zero over more than this share
+/// of the band.
 const WIDEST_FALL: f64 = 1.25;
 /// A fall to so many times the band lets more noise in than it keeps out.
 const FAR_FALL: f64 = 5.0;
 
-/// The three filters of a study: what the host applies with zero phase and the device with a delay of half their length.
+/// The three filters of a study: what the host applies with zero phase and the device with a delay
+/// of half their length.
 ///
-/// The taps are those that integers times a power of two can hold, so host and device filter with the same numbers.
+/// The taps are those that integers times a power of two can hold, so host and device filter with
+/// the same numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Filters {
     /// Sample rate of the study, Hz.
@@ -36,7 +41,8 @@ pub struct Filters {
     pub acceleration: Vec<f64>,
     /// Low-pass; symmetric, sum 1.
     pub band: Vec<f64>,
-    /// Whether the study has no time: then nothing is filtered, and no frequency here means anything.
+    /// Whether the study has no time: then nothing is filtered, and no frequency here means
+    /// anything.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub quasi_static: bool,
     /// Why these bands, for the user to read; one sentence without a full stop.
@@ -44,14 +50,18 @@ pub struct Filters {
 }
 
 impl Filters {
-    /// Chooses the bands (unless the study states `band_hz`) and designs the filters for the study's sample rate.
+    /// Chooses the bands (unless the study states `band_hz`) and designs the filters for the
+    /// study's sample rate.
     ///
-    /// Each filter falls to zero over three quarters of its pass band, or over what [`MAX_TAPS`] taps need where that is
-    /// more; for the common band the reason says so then. The common band takes up to [`MAX_BAND_TAPS`] where with
-    /// [`MAX_TAPS`] the fall would be wider than one and a quarter bands, and where it has to be shut by the end of the states' band. Accuracy: [`design`].
+    /// Each filter falls to zero over three quarters of its pass band, or over what [`MAX_TAPS`]
+    /// taps need where that is more; for the common band the reason says so then. The common
+    /// band takes up to [`MAX_BAND_TAPS`] where with [`MAX_TAPS`] the fall would be wider than
+    /// one and a quarter bands, and where it has to be shut by the end of the states' band.
+    /// Accuracy: [`design`].
     ///
     /// # Errors
-    /// When the stated band does not fit below half the sample rate, or a record is shorter than the filters.
+    /// When the stated band does not fit below half the sample rate, or a record is shorter than
+    /// the filters.
     pub fn design(study: &Study) -> Result<Self> {
         let rate = study.sample_rate_hz;
         if study.quasi_static {
@@ -151,8 +161,8 @@ impl Filters {
         }
     }
 
-    /// The filters for two given bands: the same numbers as [`Filters::design`] gives when it chooses these bands for records that are long
-    /// enough for every filter.
+    /// The filters for two given bands: the same numbers as [`Filters::design`] gives when it
+    /// chooses these bands for records that are long enough for every filter.
     ///
     /// # Errors
     /// When a band does not fit below half the sample rate.
@@ -210,7 +220,8 @@ impl Filters {
         self.velocity.len() / 2
     }
 
-    /// Velocity, acceleration and band filter with integer taps, as the device's rig block holds them.
+    /// Velocity, acceleration and band filter with integer taps, as the device's rig block holds
+    /// them.
     ///
     /// # Errors
     /// When the taps were changed to something the device cannot hold.
@@ -240,7 +251,8 @@ fn short(hz: f64) -> String {
     }
 }
 
-/// The most taps of each filter of a record of so many rows: a quarter, so that half of a short record is left behind the filters. Odd.
+/// The most taps of each filter of a record of so many rows: a quarter, so that half of a short
+/// record is left behind the filters. Odd.
 fn longest_for(rows: usize) -> usize {
     let most = (rows / 4).clamp(9, MAX_BAND_TAPS);
     most - usize::from(most.is_multiple_of(2))
@@ -262,8 +274,8 @@ impl Edges {
         Self::with_taps(pass_hz, TRANSITION_WIDTH * pass_hz, rate, most)
     }
 
-    /// The low-pass of the common band. It is shut where the states' band ends: beyond, an acceleration that is derived falls
-    /// behind the force.
+    /// The low-pass of the common band. It is shut where the states' band ends: beyond, an
+    /// acceleration that is derived falls behind the force.
     fn of_band(pass_hz: f64, state_band_hz: f64, rate: f64, longest: usize) -> Self {
         let most = longest.min(MAX_BAND_TAPS);
         let usual = TRANSITION_WIDTH * pass_hz;

@@ -9,17 +9,20 @@ const BLOCK: usize = 32;
 /// Bound on the sum of the integer taps' magnitudes: with 32-bit counts no sum then leaves 62 bits.
 const TAP_SUM: i64 = (1 << 31) - 1;
 
-/// Filters `series` with zero phase: `y[i] = Σ taps[half + m]·x[i + half − m]` over `m = −half … half`.
+/// Filters `series` with zero phase: `y[i] = Σ taps[half + m]·x[i + half − m]` over `m = −half …
+/// half`.
 ///
-/// Only rows with full support are returned: `series.len() − taps.len() + 1` of them, none when the series is shorter
-/// than the filter; row 0 of the result belongs to row `taps.len() / 2` of the series. The taps must be an odd number
-/// and symmetric or antisymmetric, which halves the work and makes the derivative of a constant exactly zero.
+/// Only rows with full support are returned: `series.len() − taps.len() + 1` of them, none when the
+/// series is shorter than the filter; row 0 of the result belongs to row `taps.len() / 2` of the
+/// series. The taps must be an odd number and symmetric or antisymmetric, which halves the work and
+/// makes the derivative of a constant exactly zero.
 pub fn apply(series: &[f64], taps: &[f64]) -> Vec<f64> {
     Arch::new().dispatch(Whole { series, taps })
 }
 
-/// The loop of [`apply`], which `pulp` compiles for the vector registers that the processor turns out to have. Every row is summed in
-/// the same order in each of them, so the bits do not depend on the processor.
+/// The loop of [`apply`], which `pulp` compiles for the vector registers that the processor turns
+/// out to have. Every row is summed in the same order in each of them, so the bits do not depend on
+/// the processor.
 struct Whole<'a> {
     series: &'a [f64],
     taps: &'a [f64],
@@ -82,12 +85,14 @@ fn filtered<const ROWS: usize>(
     sums
 }
 
-/// Every `step`-th row of what [`apply`] gives, beginning with the first; the taps must be symmetric.
+/// Every `step`-th row of what [`apply`] gives, beginning with the first; the taps must be
+/// symmetric.
 pub fn apply_every(series: &[f64], taps: &[f64], step: usize) -> Vec<f64> {
     Arch::new().dispatch(Thinned { series, taps, step })
 }
 
-/// The loop of [`apply_every`], which `pulp` compiles for the vector registers that the processor turns out to have.
+/// The loop of [`apply_every`], which `pulp` compiles for the vector registers that the processor
+/// turns out to have.
 struct Thinned<'a> {
     series: &'a [f64],
     taps: &'a [f64],
@@ -99,7 +104,8 @@ impl WithSimd for Thinned<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _registers: S) -> Vec<f64> {
-        // Sums side by side, which vector registers can hold; one running sum would wait for every addition.
+        // Sums side by side, which vector registers can hold; one running sum would wait for every
+        // addition.
         const LANES: usize = 16;
         let Self { series, taps, step } = self;
         let mut out =
@@ -133,7 +139,8 @@ pub(crate) fn thinning(taps: &[f64], sample_rate_hz: f64) -> usize {
     every.floor().max(1.0) as usize
 }
 
-/// The frequency in Hz from which a symmetric low-pass lets through less than a thousandth, up to half the sample rate.
+/// The frequency in Hz from which a symmetric low-pass lets through less than a thousandth, up to
+/// half the sample rate.
 pub fn shut_from_hz(taps: &[f64], sample_rate_hz: f64) -> f64 {
     const STEPS: usize = 512;
     let half = taps.len() / 2;
@@ -148,14 +155,15 @@ pub fn shut_from_hz(taps: &[f64], sample_rate_hz: f64) -> f64 {
 
 /// Rounds `taps` to integers times a power of two, as the device holds them.
 ///
-/// The exponent is the largest at which the magnitudes of the integer taps sum to less than 2³¹, so that a sum over
-/// 32-bit counts fits 64 bits whatever they are. Rounding errors are gathered in the centre tap of a symmetric filter, so that
-/// its gain at rest (1 of a low-pass, 0 of a second derivative) is exact. Taps that came from [`to_f64`] are returned
-/// with exactly the values they had.
+/// The exponent is the largest at which the magnitudes of the integer taps sum to less than 2³¹, so
+/// that a sum over 32-bit counts fits 64 bits whatever they are. Rounding errors are gathered in
+/// the centre tap of a symmetric filter, so that its gain at rest (1 of a low-pass, 0 of a second
+/// derivative) is exact. Taps that came from [`to_f64`] are returned with exactly the values they
+/// had.
 ///
 /// # Errors
-/// When there are more than `MOST` taps, or when they cannot be scaled (all zero, not finite, or an exponent
-/// beyond ±127).
+/// When there are more than `MOST` taps, or when they cannot be scaled (all zero, not finite, or an
+/// exponent beyond ±127).
 pub fn quantise<const MOST: usize>(taps: &[f64]) -> Result<Taps<MOST>> {
     let magnitude: f64 = taps.iter().map(|t| t.abs()).sum();
     if taps.len() > MOST {
@@ -183,7 +191,8 @@ pub fn quantise<const MOST: usize>(taps: &[f64]) -> Result<Taps<MOST>> {
         ))
     })?;
     Ok(Taps {
-        // Each is below the bound on their sum, which is the largest i32, and their number was checked above.
+        // Each is below the bound on their sum, which is the largest i32, and their number was
+        // checked above.
         taps: integers.into_iter().map(|t| t as i32).collect(),
         shift,
     })

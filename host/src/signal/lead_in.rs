@@ -1,8 +1,10 @@
-//! How the joint came to the first row of its record: what a law with memory remembers when a log is cut out of a longer one.
+//! How the joint came to the first row of its record: what a law with memory remembers when a log
+//! is cut out of a longer one.
 //!
-//! Nobody logged it, but what it left shows in the first seconds. The motion before is taken to be one straight travel from rest. How far it
-//! went is found without a law of the joint: sliders and relaxing springs of several sizes beside a smooth function of the states
-//! (a Prandtl–Ishlinskii model) are fitted to the force, for every travel anew, and the travel that leaves least is kept.
+//! Nobody logged it, but what it left shows in the first seconds. The motion before is taken to be
+//! one straight travel from rest. How far it went is found without a law of the joint: sliders and
+//! relaxing springs of several sizes beside a smooth function of the states (a Prandtl–Ishlinskii
+//! model) are fitted to the force, for every travel anew, and the travel that leaves least is kept.
 
 use super::fir::{apply_every, thinning};
 use super::statistics::peak;
@@ -16,8 +18,9 @@ const RELAXATIONS_S: [f64; 4] = [0.05, 0.2, 0.8, 3.0];
 const MAX_ROWS: usize = 30_000;
 /// Travels that are tried at a time.
 const TRIED: usize = 9;
-/// Memory, and a travel before the record, have to leave at most this part of the power of what is left without: whatever is fitted
-/// takes away some of it, and of a law that these elements describe badly any travel mends a little.
+/// Memory, and a travel before the record, have to leave at most this part of the power of what is
+/// left without: whatever is fitted takes away some of it, and of a law that these elements
+/// describe badly any travel mends a little.
 const LEFT: f64 = 0.5;
 /// Rounds of trials, each between the neighbours of the best of the last.
 const PASSES: usize = 3;
@@ -26,7 +29,8 @@ const SAMPLES: usize = 32;
 
 /// What an axis did in a record.
 pub(super) struct AxisRecord<'a> {
-    /// Displacement in the records whose rows come straight before this one's; none where no record's do.
+    /// Displacement in the records whose rows come straight before this one's; none where no
+    /// record's do.
     pub(super) earlier: Vec<f64>,
     /// Displacement from the first logged row on.
     pub(super) displacement: &'a [f64],
@@ -69,8 +73,8 @@ impl Element {
 }
 
 impl AxisRecord<'_> {
-    /// Displacement and velocity before the row `first_row`: those that were logged, and before them the records that this one continues, or
-    /// else the travel by which the joint came.
+    /// Displacement and velocity before the row `first_row`: those that were logged, and before
+    /// them the records that this one continues, or else the travel by which the joint came.
     pub(super) fn before(&self) -> [Vec<f64>; 2] {
         let logged = &self.displacement[..self.first_row.min(self.displacement.len())];
         let Some(&first) = logged.first() else {
@@ -92,7 +96,8 @@ impl AxisRecord<'_> {
         [displacement, velocity]
     }
 
-    /// The travel from rest to the first row; 0 where the record does not say, or says that there was none.
+    /// The travel from rest to the first row; 0 where the record does not say, or says that there
+    /// was none.
     fn travel(&self) -> f64 {
         let rows = self.force.len().min(MAX_ROWS);
         let x = &self.displacement[..(self.first_row + rows).min(self.displacement.len())];

@@ -1,9 +1,11 @@
-//! The acceleration of a body as two instruments know it: its encoder at low frequencies, its accelerometer at high ones.
+//! The acceleration of a body as two instruments know it: its encoder at low frequencies, its
+//! accelerometer at high ones.
 //!
-//! White noise of density `A` on the accelerometer and `P` on the position, which differentiation makes `P·ω⁴`, are equal at
-//! the crossover `ω_c = (A/P)^¼`. Weighting each instrument with the inverse of its variance gives the encoder `1/(1 + (ω/ω_c)⁴)` and the
-//! accelerometer the rest: a Butterworth low-pass of second order run forwards and backwards. An accelerometer's noise that grows with one
-//! over the frequency lies where the encoder is listened to.
+//! White noise of density `A` on the accelerometer and `P` on the position, which differentiation
+//! makes `P·ω⁴`, are equal at the crossover `ω_c = (A/P)^¼`. Weighting each instrument with the
+//! inverse of its variance gives the encoder `1/(1 + (ω/ω_c)⁴)` and the accelerometer the rest: a
+//! Butterworth low-pass of second order run forwards and backwards. An accelerometer's noise that
+//! grows with one over the frequency lies where the encoder is listened to.
 
 use super::band::DISPLACEMENT_FLOOR;
 use super::fir::apply;
@@ -18,13 +20,16 @@ const SEGMENT: usize = 2048;
 const SMOOTHED: usize = 16;
 /// A crossover below this leaves the accelerometer alone, Hz.
 const LOWEST_HZ: f64 = 4.0;
-/// The highest crossover, as a share of the sample rate; above it the encoder is all that is listened to.
+/// The highest crossover, as a share of the sample rate; above it the encoder is all that is
+/// listened to.
 const HIGHEST: f64 = 0.4;
 
-/// Replaces the logged accelerations of motions by the mix with what the body's encoder says, on every axis whose records all have both.
+/// Replaces the logged accelerations of motions by the mix with what the body's encoder says, on
+/// every axis whose records all have both.
 ///
-/// The encoder's part is scaled to the accelerometer's gain, so that the mix has one gain at all frequencies. `study` is the one that the
-/// motions were made of. Returns the crossover per axis, Hz; none where the logged acceleration stays as it is.
+/// The encoder's part is scaled to the accelerometer's gain, so that the mix has one gain at all
+/// frequencies. `study` is the one that the motions were made of. Returns the crossover per axis,
+/// Hz; none where the logged acceleration stays as it is.
 pub(crate) fn mix(study: &Study, filters: &Filters, motions: &mut [Motion]) -> Vec<Option<f64>> {
     (0..study.axes.len())
         .map(|axis| mix_axis(study, filters, motions, axis))
@@ -50,7 +55,8 @@ fn mix_axis(study: &Study, filters: &Filters, motions: &mut [Motion], axis: usiz
     let beyond = DISPLACEMENT_FLOOR.map(|share| share * rate);
     let noise = quietest(positions, rate, beyond)?;
     let above = quietest(logged.clone(), rate, beyond)?;
-    // What the two differ by below holds both noises and no motion; the accelerometer cannot be noisier than that.
+    // What the two differ by below holds both noises and no motion; the accelerometer cannot be
+    // noisier than that.
     let differences: Vec<Vec<f64>> = logged
         .zip(&derived)
         .map(|(a, d)| a.iter().zip(d).map(|(a, d)| a - d).collect())
@@ -86,7 +92,8 @@ fn mix_axis(study: &Study, filters: &Filters, motions: &mut [Motion], axis: usiz
     Some(crossover)
 }
 
-/// The least density between two frequencies, unit²/Hz, over all series; none without a window or a line.
+/// The least density between two frequencies, unit²/Hz, over all series; none without a window or a
+/// line.
 fn quietest<'a>(
     series: impl Iterator<Item = &'a [f64]> + Clone,
     rate: f64,
@@ -108,7 +115,8 @@ fn quietest<'a>(
         .reduce(f64::min)
 }
 
-/// A Butterworth low-pass of second order, run forwards and backwards: no phase, gain `1/(1 + (f/f_c)⁴)`.
+/// A Butterworth low-pass of second order, run forwards and backwards: no phase, gain `1/(1 +
+/// (f/f_c)⁴)`.
 struct ForwardsAndBackwards {
     gain: f64,
     back: [f64; 2],

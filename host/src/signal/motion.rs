@@ -1,14 +1,16 @@
 //! A record as the models see it: states, acceleration and applied force, row by row.
 //!
-//! The equation of motion of the body that carries the inertia `m`, with a known spring `k` and damper `c` from the body
-//! (position `b`) to ground, an applied force `F` and the joint, is the paper's Eq. (8) (Eq. (9) for a rotation):
+//! The equation of motion of the body that carries the inertia `m`, with a known spring `k` and
+//! damper `c` from the body (position `b`) to ground, an applied force `F` and the joint, is the
+//! paper's Eq. (8) (Eq. (9) for a rotation):
 //!
 //! | convention | equation of motion | restoring force |
 //! | --- | --- | --- |
 //! | `force_minus_inertia` (the joint opposes) | `m·a = F − k·b − c·ḃ − r` | `r = (F − k·b − c·ḃ) − m·a` |
 //! | `inertia_minus_force` (the joint pulls) | `m·a = F − k·b − c·ḃ + r` | `r = m·a − (F − k·b − c·ḃ)` |
 //!
-//! Spring and damper act on the body in the same way in both, so both take them off the applied force first.
+//! Spring and damper act on the body in the same way in both, so both take them off the applied
+//! force first.
 
 use crate::signal::earlier::remembered;
 use crate::signal::fir::apply;
@@ -23,7 +25,8 @@ pub use crate::signal::filters::Filters;
 
 /// A record after differentiation: what a model's inputs and its output are made of.
 ///
-/// All series have the same length; the rows at both ends where a filter has no full support are gone.
+/// All series have the same length; the rows at both ends where a filter has no full support are
+/// gone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     /// Which record of the study.
@@ -34,15 +37,17 @@ pub struct Motion {
     pub sample_rate_hz: f64,
     /// [x, ẋ] or [x, ẋ, φ, φ̇]: relative displacement and velocity of each axis, SI, wide-band.
     pub states: Vec<Vec<f64>>,
-    /// The same before row 0, as far as what remembers it has to know: the logged rows that the filters cost, and before them the records
-    /// whose rows come straight before in the same log, or else the travel by which the joint came to the first row, where the record
+    /// The same before row 0, as far as what remembers it has to know: the logged rows that the
+    /// filters cost, and before them the records whose rows come straight before in the same
+    /// log, or else the travel by which the joint came to the first row, where the record
     /// tells of one. All equally long; none where nothing is known.
     pub before: Vec<Vec<f64>>,
     /// Absolute acceleration of the body, per axis.
     pub acceleration: Vec<Vec<f64>>,
     /// Applied force per axis, known ground spring and damper already subtracted (Eqs. 8, 9).
     pub force: Vec<Vec<f64>>,
-    /// What the known spring and damper to ground take of the applied force, per axis; none where there is neither.
+    /// What the known spring and damper to ground take of the applied force, per axis; none where
+    /// there is neither.
     pub ground: Vec<Option<Vec<f64>>>,
     /// Inputs of the study with their names, in their own units, wide-band.
     pub inputs: Vec<(String, Vec<f64>)>,
@@ -58,7 +63,8 @@ impl Motion {
         }
     }
 
-    /// What a polynomial or a network is evaluated on: the states, and the input that it follows, where the record has it.
+    /// What a polynomial or a network is evaluated on: the states, and the input that it follows,
+    /// where the record has it.
     pub(crate) fn base_states(&self, input: Option<&str>) -> Vec<&[f64]> {
         let states = self.states.iter().map(Vec::as_slice);
         states
@@ -115,7 +121,8 @@ impl Motion {
         }
     }
 
-    /// Every `step`-th row, beginning with the first. Nothing is filtered: only for a look at what changes slowly.
+    /// Every `step`-th row, beginning with the first. Nothing is filtered: only for a look at what
+    /// changes slowly.
     pub fn every(&self, step: usize) -> Self {
         let thin = |series: &[Vec<f64>]| {
             let series = series.iter();
@@ -149,8 +156,9 @@ impl Motion {
         }
     }
 
-    /// The measured force that errors of an axis are held against, in N or N·m, wide-band: the restoring force; where the
-    /// inertia was identified, so that the restoring force is not measured by itself, the applied force with its sign.
+    /// The measured force that errors of an axis are held against, in N or N·m, wide-band: the
+    /// restoring force; where the inertia was identified, so that the restoring force is not
+    /// measured by itself, the applied force with its sign.
     pub fn measured_force(
         &self,
         axis: usize,
@@ -161,9 +169,11 @@ impl Motion {
         self.restoring_force(axis, if identified { 0.0 } else { inertia }, convention)
     }
 
-    /// Restoring force of one axis in N or N·m, wide-band: `F − m·a` or `m·a − F`, as the convention says.
+    /// Restoring force of one axis in N or N·m, wide-band: `F − m·a` or `m·a − F`, as the
+    /// convention says.
     ///
-    /// `inertia` in kg or kg·m²; with 0 the force channel (or its negative) already is the restoring force.
+    /// `inertia` in kg or kg·m²; with 0 the force channel (or its negative) already is the
+    /// restoring force.
     pub fn restoring_force(&self, axis: usize, inertia: f64, convention: Convention) -> Vec<f64> {
         let sign = convention.sign();
         self.force[axis]

@@ -1,4 +1,5 @@
-//! Power spectra by Welch's method: which frequencies a logged signal holds, and where its noise floor lies.
+//! Power spectra by Welch's method: which frequencies a logged signal holds, and where its noise
+//! floor lies.
 
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
@@ -16,10 +17,11 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// Welch's estimate: Hann windows of `segment` rows overlapping by half, each with its mean removed, averaged.
+    /// Welch's estimate: Hann windows of `segment` rows overlapping by half, each with its mean
+    /// removed, averaged.
     ///
-    /// The densities times `resolution_hz` sum to the variance. `segment` is made even and no longer than the series;
-    /// the series needs at least 8 rows, else the spectrum has no line.
+    /// The densities times `resolution_hz` sum to the variance. `segment` is made even and no
+    /// longer than the series; the series needs at least 8 rows, else the spectrum has no line.
     pub fn welch(series: &[f64], sample_rate_hz: f64, segment: usize) -> Self {
         let mut spectrum = Accumulator::new(sample_rate_hz, segment.min(series.len()));
         spectrum.add(series);
@@ -36,8 +38,9 @@ impl Spectrum {
             .sum()
     }
 
-    /// The strongest line: its frequency, Hz, and its part of the whole power, 0 to 1. A sine stands in five lines of a Hann window;
-    /// `None` where there are no more than [`MIN_LINES`].
+    /// The strongest line: its frequency, Hz, and its part of the whole power, 0 to 1. A sine
+    /// stands in five lines of a Hann window; `None` where there are no more than
+    /// [`MIN_LINES`].
     pub fn strongest(&self) -> Option<(f64, f64)> {
         let lines = self.density.len();
         if lines <= MIN_LINES {
@@ -52,8 +55,9 @@ impl Spectrum {
     }
 }
 
-/// Rows of a window that is to have `wanted` of them: fewer where less than half of all rows stand in series that are as long. A short
-/// series between long ones takes no resolution from them; it has no part in the spectrum.
+/// Rows of a window that is to have `wanted` of them: fewer where less than half of all rows stand
+/// in series that are as long. A short series between long ones takes no resolution from them; it
+/// has no part in the spectrum.
 pub fn window_for(lengths: impl Iterator<Item = usize>, wanted: usize) -> usize {
     let mut lengths: Vec<usize> = lengths.collect();
     lengths.sort_unstable_by(|a, b| b.cmp(a));

@@ -1,4 +1,5 @@
-//! What drives a motion, known at the samples of a record: a broadband random drive, or a logged channel.
+//! What drives a motion, known at the samples of a record: a broadband random drive, or a logged
+//! channel.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,8 +21,8 @@ impl Excitation {
         }
     }
 
-    /// Equal amplitudes and random phases on every line k/T within `band_hz`, scaled to `rms`; it rises
-    /// from zero over the first `ramp_s`, so that the record can begin at rest.
+    /// Equal amplitudes and random phases on every line k/T within `band_hz`, scaled to `rms`; it
+    /// rises from zero over the first `ramp_s`, so that the record can begin at rest.
     pub(super) fn broadband(
         rows: usize,
         sample_rate_hz: f64,

@@ -1,4 +1,5 @@
-//! Writing a simulated study: study.toml, its logs, and the folder `truth` with what was hidden in them.
+//! Writing a simulated study: study.toml, its logs, and the folder `truth` with what was hidden in
+//! them.
 
 use super::sensors::COLUMNS;
 use super::simulation::{Simulation, SimulationOptions, simulate};
@@ -10,12 +11,14 @@ use std::fs;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Simulates the rig and writes the study into the folder `dir`, which is made: `study.toml`, one CSV per
-/// record with nine significant digits, and `truth/` with `truth.json` (all parameters, SI) and per record
-/// the noise-free states and restoring force. The folder appears only when it is complete.
+/// Simulates the rig and writes the study into the folder `dir`, which is made: `study.toml`, one
+/// CSV per record with nine significant digits, and `truth/` with `truth.json` (all parameters, SI)
+/// and per record the noise-free states and restoring force. The folder appears only when it is
+/// complete.
 ///
 /// # Errors
-/// One sentence when an option is out of range, when `dir` exists and is not empty, or when writing fails.
+/// One sentence when an option is out of range, when `dir` exists and is not empty, or when writing
+/// fails.
 pub fn write_study(dir: &Path, options: &SimulationOptions) -> Result<Simulation> {
     let failed = |error: std::io::Error| {
         Error::failed(format!(
@@ -176,7 +179,8 @@ fn write_csv(
     file.flush()
 }
 
-/// Nine significant digits without trailing zeros: more than any logger resolves, less than half the bytes of all seventeen.
+/// Nine significant digits without trailing zeros: more than any logger resolves, less than half
+/// the bytes of all seventeen.
 fn push_number(line: &mut String, value: f64) {
     let start = line.len();
     // Writing to a string cannot fail.

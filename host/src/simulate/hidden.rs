@@ -1,8 +1,10 @@
-//! An effect hidden in the simulated rig: in its joint, or in its force channels and the inertia its study states.
+//! An effect hidden in the simulated rig: in its joint, or in its force channels and the inertia
+//! its study states.
 //!
-//! The law is the library's own ([`jointwatch_shared::effect`]). An effect of the joint acts on the bodies while they move,
-//! its memory moved on with every step of the integration; an effect of the instruments leaves the motion alone and is
-//! put into the log, as the inverse of what [`crate::model::corrections`] would do about it.
+//! The law is the library's own ([`jointwatch_shared::effect`]). An effect of the joint acts on the
+//! bodies while they move, its memory moved on with every step of the integration; an effect of the
+//! instruments leaves the motion alone and is put into the log, as the inverse of what
+//! [`crate::model::corrections`] would do about it.
 
 use super::joint::{Contact, Joint, JointLaw};
 use super::rig::RigParameters;
@@ -26,7 +28,8 @@ use std::f64::consts::{SQRT_2, TAU};
 pub struct Hide {
     /// `effect@axis`; the axes are x and phi.
     pub effect: String,
-    /// RMS of what it adds to the restoring force over RMS of the restoring force, on its axis over all training records.
+    /// RMS of what it adds to the restoring force over RMS of the restoring force, on its axis
+    /// over all training records.
     pub share: f64,
 }
 
@@ -116,8 +119,9 @@ impl Rig<'_> {
     /// Finds the strength at which an effect has the share that is asked for.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Usage`]: an effect that is not known, has no such axis, is part of the rig anyway or cannot be put
-    /// into a log; a share that is out of range or cannot be reached.
+    /// [`crate::text::error::Kind::Usage`]: an effect that is not known, has no such axis, is part
+    /// of the rig anyway or cannot be put into a log; a share that is out of range or cannot be
+    /// reached.
     pub(super) fn hide(&self, what: &Hide) -> Result<Hidden> {
         if !(what.share > 0.0 && what.share <= MOST) {
             return Err(Error::usage(format!(
@@ -214,13 +218,16 @@ impl Rig<'_> {
     }
 }
 
-/// Turns by which the phase of mains hum differs from one record to the next: the golden ratio's fraction, so that no two agree.
+/// Turns by which the phase of mains hum differs from one record to the next: the golden ratio's
+/// fraction, so that no two agree.
 const PHASE_PER_RECORD: f64 = 0.618_034;
 
-/// The record at `index` as instruments with this fault would have logged it: exactly what the model's correction undoes.
+/// The record at `index` as instruments with this fault would have logged it: exactly what the
+/// model's correction undoes.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Usage`] for a fault that is too large, or one that the simulator cannot put into a log.
+/// [`crate::text::error::Kind::Usage`] for a fault that is too large, or one that the simulator
+/// cannot put into a log.
 pub(super) fn in_the_log(
     term: &EffectValues,
     index: usize,
@@ -284,14 +291,15 @@ pub(super) fn stated_inertia(term: &EffectValues, axis: usize, true_inertia: f64
     }
 }
 
-/// Values that fit the rig: of parameters that shape a law, the middle of where a fit begins its search; of those that the
-/// force is proportional to, their references.
+/// Values that fit the rig: of parameters that shape a law, the middle of where a fit begins its
+/// search; of those that the force is proportional to, their references.
 fn starting_values(bound: &AxisEffect, references: &References) -> Vec<f64> {
     let mut linear = 0;
     let value = |parameter: &Parameter| {
         let share = match parameter.role {
-            // The second is twice the first, so that a law with two of a kind does not collapse into a simpler one (static
-            // and sliding friction); a third only rounds it off.
+            // The second is twice the first, so that a law with two of a kind does not collapse
+            // into a simpler one (static and sliding friction); a third only rounds it
+            // off.
             Role::Linear { .. } | Role::SizePerRecord { .. } => {
                 linear += 1;
                 [1.0, 2.0, 0.05][(linear - 1).min(2)]
@@ -318,8 +326,8 @@ fn scale(bound: &AxisEffect, term: &mut EffectValues, factor: f64) {
     }
 }
 
-/// RMS force and half the ranges of the motion, as fits see them, `[own, other]` for the axes as they stand; an axis that is not
-/// there counts 1.
+/// RMS force and half the ranges of the motion, as fits see them, `[own, other]` for the axes as
+/// they stand; an axis that is not there counts 1.
 fn references(records: &[Taken], own: usize) -> References {
     let half_range = |input: usize| {
         let seen = || {

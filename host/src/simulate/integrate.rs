@@ -1,12 +1,15 @@
-//! Integrating equations of motion with a joint in them: Runge–Kutta steps that end where a contact opens or closes.
+//! Integrating equations of motion with a joint in them: Runge–Kutta steps that end where a contact
+//! opens or closes.
 
 use super::joint::Contact;
 use nalgebra::SVector;
 
-/// How often a step may be cut at a stop before the rest of it is taken as it is; a real record needs two.
+/// How often a step may be cut at a stop before the rest of it is taken as it is; a real record
+/// needs two.
 const MAX_CUTS: usize = 16;
 
-/// Equations of motion in first-order form, smooth as long as the joint's contacts stay as they are.
+/// Equations of motion in first-order form, smooth as long as the joint's contacts stay as they
+/// are.
 pub trait Equations<const N: usize> {
     /// What acts from outside at one instant.
     type Drive;

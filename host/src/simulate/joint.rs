@@ -1,4 +1,5 @@
-//! The joint between bodies 2 and 3: springs, dampers, clearances and the coupling of the paper's Eq. (16).
+//! The joint between bodies 2 and 3: springs, dampers, clearances and the coupling of the paper's
+//! Eq. (16).
 
 use serde::{Deserialize, Serialize};
 
@@ -40,25 +41,26 @@ impl Contact {
     }
 }
 
-/// Whatever takes the joint's place between two bodies: its own law, or a model of it; `S` is the kind of number that moves.
+/// Whatever takes the joint's place between two bodies: its own law, or a model of it; `S` is the
+/// kind of number that moves.
 pub trait JointLaw<S = f64> {
     /// On which side of its clearance each axis is; a law without corners is always inside.
     fn contacts(&self, _state: [S; 4]) -> [Contact; 2] {
         [Contact::Inside; 2]
     }
 
-    /// What the inputs of the study are from now on, in the order of [`ModelFile::input_names`]; a law of the motion alone has nothing to
-    /// do.
+    /// What the inputs of the study are from now on, in the order of [`ModelFile::input_names`]; a
+    /// law of the motion alone has nothing to do.
     ///
     /// [`ModelFile::input_names`]: crate::model::file::ModelFile::input_names
     fn follow(&mut self, _inputs: &[f64]) {}
 
-    /// What the joint exerts on the body whose force was logged [N, N·m] at the state [x, ẋ, φ, φ̇] (SI), with the
-    /// contacts held as given.
+    /// What the joint exerts on the body whose force was logged [N, N·m] at the state [x, ẋ, φ, φ̇]
+    /// (SI), with the contacts held as given.
     fn force(&self, state: [S; 4], contacts: [Contact; 2]) -> [S; 2];
 
-    /// Moves internal states on after an accepted step of `step_s` seconds that ended at `state`; a law without memory
-    /// has nothing to do.
+    /// Moves internal states on after an accepted step of `step_s` seconds that ended at `state`; a
+    /// law without memory has nothing to do.
     fn advance(&mut self, _state: [S; 4], _step_s: f64) {}
 }
 
@@ -111,8 +113,8 @@ impl Joint {
         ]
     }
 
-    /// The force law with the contacts held as given: smooth, so that an integration step which does
-    /// not cross a stop keeps its full order.
+    /// The force law with the contacts held as given: smooth, so that an integration step which
+    /// does not cross a stop keeps its full order.
     pub fn force_with(&self, [x, v, phi, omega]: [f64; 4], contacts: [Contact; 2]) -> [f64; 2] {
         let coupling = -(self.coupling[0] * v * phi * contacts[0].touching()
             + self.coupling[1] * omega * x * contacts[1].touching())

@@ -1,4 +1,5 @@
-//! A simulated rig: the joint of the paper's Section 3, shaken, and logged as a real rig would log it.
+//! A simulated rig: the joint of the paper's Section 3, shaken, and logged as a real rig would log
+//! it.
 //!
 //! Four bodies in a row move along x and turn about x. The drive shakes body 1; the strain-gauged
 //! shaft (spring and damper) joins it to body 2; the joint sits between bodies 2 and 3; another

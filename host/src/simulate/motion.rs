@@ -1,4 +1,5 @@
-//! How the rig moves: the equations of motion of the four bodies, with the joint or a model of it between two of them.
+//! How the rig moves: the equations of motion of the four bodies, with the joint or a model of it
+//! between two of them.
 
 use super::excitation::Excitation;
 use super::integrate::{self, Equations};
@@ -9,7 +10,8 @@ use nalgebra::SVector;
 /// Seconds over which the drive rises from nothing at the beginning of a record.
 pub const DRIVE_RAMP_S: f64 = 0.5;
 
-/// Positions of bodies 1 to 4 (m), their rotations (rad), then the eight velocities in the same order.
+/// Positions of bodies 1 to 4 (m), their rotations (rad), then the eight velocities in the same
+/// order.
 pub type BodyState = SVector<f64, 16>;
 
 /// The bodies and everything between them.

@@ -5,7 +5,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-/// One axis of the rig outside the joint: four bodies, the springs and dampers between them, the drive.
+/// One axis of the rig outside the joint: four bodies, the springs and dampers between them, the
+/// drive.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisParameters {
     /// Bodies 1 to 4, kg or kg·m².
@@ -40,9 +41,10 @@ pub struct RigParameters {
 impl Default for RigParameters {
     /// A bench-top rig of some kilogrammes.
     ///
-    /// The paper gives no values ("available in \[31\]"). These put the first modes of each axis near 7 and
-    /// 35 Hz, let the joint move a few millimetres (some hundredths of a radian) either way, a few times
-    /// its free play, and make the coupling about a tenth of the restoring force.
+    /// The paper gives no values ("available in \[31\]"). These put the first modes of each axis
+    /// near 7 and 35 Hz, let the joint move a few millimetres (some hundredths of a radian)
+    /// either way, a few times its free play, and make the coupling about a tenth of the
+    /// restoring force.
     fn default() -> Self {
         Self {
             translation: AxisParameters {
@@ -79,8 +81,9 @@ impl Default for RigParameters {
 
 impl RigParameters {
     /// A rig of the same kind with other values: every parameter of [`RigParameters::default`] is
-    /// multiplied by a factor drawn log-uniformly, inertias from 0.8 to 1.25, drives from 0.85 to 1.18, stiffnesses and
-    /// dampers from 0.7 to 1.43, clearances from 0.6 to 1.67, coupling and lever arm from 0.5 to 2.
+    /// multiplied by a factor drawn log-uniformly, inertias from 0.8 to 1.25, drives from 0.85 to
+    /// 1.18, stiffnesses and dampers from 0.7 to 1.43, clearances from 0.6 to 1.67, coupling
+    /// and lever arm from 0.5 to 2.
     pub fn draw(seed: u64) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut rig = Self::default();

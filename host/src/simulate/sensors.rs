@@ -1,4 +1,5 @@
-//! What the sensors make of the motion: encoder counts, and noise on accelerometers and strain gauges.
+//! What the sensors make of the motion: encoder counts, and noise on accelerometers and strain
+//! gauges.
 
 use super::joint::JointLaw;
 use super::motion::{Bodies, BodyState, joint_state};
@@ -7,7 +8,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-/// The columns of a log after the time, in SI units; a one-axis log leaves out those of the rotation.
+/// The columns of a log after the time, in SI units; a one-axis log leaves out those of the
+/// rotation.
 pub const COLUMNS: [&str; 10] = [
     "x2_m",
     "x3_m",
@@ -27,7 +29,8 @@ pub const ENCODER_STEP: [f64; 2] = [2e-6, std::f64::consts::TAU / 262_144.0];
 /// Columns that are encoders, and the axis of each.
 const ENCODERS: [(usize, usize); 4] = [(0, 0), (1, 0), (2, 1), (3, 1)];
 
-/// What the sensors would read at one instant if they were free of noise, one value per entry of [`COLUMNS`].
+/// What the sensors would read at one instant if they were free of noise, one value per entry of
+/// [`COLUMNS`].
 pub(super) fn reading<L: JointLaw>(bodies: &Bodies<'_, L>, y: &BodyState) -> [f64; 10] {
     // The drive acts on body 1 only, so the accelerations of bodies 2 and 3 do not need it.
     let contacts = bodies.joint.contacts(joint_state(y));
@@ -46,8 +49,9 @@ pub(super) fn reading<L: JointLaw>(bodies: &Bodies<'_, L>, y: &BodyState) -> [f6
     ]
 }
 
-/// The noise of each channel, SI, root mean square: `snr_db` below the channel's root mean square over all
-/// training records together, as one sensor has one noise whatever it measures; none on encoders.
+/// The noise of each channel, SI, root mean square: `snr_db` below the channel's root mean square
+/// over all training records together, as one sensor has one noise whatever it measures; none on
+/// encoders.
 pub(super) fn noise_rms(training: &[&Vec<Vec<f64>>], snr_db: Option<f64>) -> [f64; 10] {
     let Some(snr_db) = snr_db else {
         return [0.0; 10];

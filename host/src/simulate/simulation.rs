@@ -42,8 +42,8 @@ pub struct SimulationOptions {
 }
 
 impl Default for SimulationOptions {
-    /// Two axes, 60 dB, 5 s at 2000 Hz per record (30,000 training rows in all), 2 to 60 Hz, validation at 0.85 of
-    /// the training level.
+    /// Two axes, 60 dB, 5 s at 2000 Hz per record (30,000 training rows in all), 2 to 60 Hz,
+    /// validation at 0.85 of the training level.
     fn default() -> Self {
         Self {
             rig: RigParameters::default(),
@@ -65,7 +65,8 @@ impl Default for SimulationOptions {
 pub struct Simulation {
     /// The study as it would be read from its folder.
     pub study: Study,
-    /// Per record, the channels as logged, in the order of [`COLUMNS`](super::COLUMNS); a one-axis log uses the first of each pair.
+    /// Per record, the channels as logged, in the order of [`COLUMNS`](super::COLUMNS); a one-axis
+    /// log uses the first of each pair.
     pub columns: Vec<Vec<Vec<f64>>>,
     /// Per record, the joint's true force and motion.
     pub truth: Vec<Truth>,
@@ -174,11 +175,13 @@ fn axes(options: &SimulationOptions) -> Vec<Axis> {
 
 /// Takes the records of a study on the simulated rig, in memory.
 ///
-/// Records of a two-axis rig: x driven, φ driven, both driven by uncorrelated drives, and a validation
-/// record with another seed and level; of a one-axis rig: two levels and a validation record.
+/// Records of a two-axis rig: x driven, φ driven, both driven by uncorrelated drives, and a
+/// validation record with another seed and level; of a one-axis rig: two levels and a validation
+/// record.
 ///
 /// # Errors
-/// One sentence when an option lies outside its range, or when the rig is unstable with the parameters given.
+/// One sentence when an option lies outside its range, or when the rig is unstable with the
+/// parameters given.
 pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
     let rows = check(options)?;
     let runs = runs(options);
@@ -341,8 +344,8 @@ fn drives(options: &SimulationOptions, run: &Run, index: usize, rows: usize) -> 
     })
 }
 
-/// The drives on body 1 with which [`simulate`] takes the record `file`, translation first; none when it takes no such
-/// record.
+/// The drives on body 1 with which [`simulate`] takes the record `file`, translation first; none
+/// when it takes no such record.
 ///
 /// # Errors
 /// As [`simulate`], when an option lies outside its range.

@@ -1,4 +1,5 @@
-//! Logs that a study does not list, read as records of it: there may be thousands, each of which is read alone and forgotten.
+//! Logs that a study does not list, read as records of it: there may be thousands, each of which is
+//! read alone and forgotten.
 
 use super::check::{self, Extent};
 use super::description::{Description, RecordEntry, Source};
@@ -114,7 +115,8 @@ impl Template {
             rows: rows.map(|rows| Spanned::new(0..0, rows)),
             columns,
         }];
-        // Rates that time columns show differ in their last digits; all records count as sampled at the study's.
+        // Rates that time columns show differ in their last digits; all records count as sampled at
+        // the study's.
         if !said.is_quasi_static() {
             said.sample_rate_hz = Some(Spanned::new(0..0, self.sample_rate_hz));
         }
@@ -125,7 +127,8 @@ impl Template {
         Ok(study)
     }
 
-    /// SHA-256 of what is said of the logs: everything but the list of records, comments and layout.
+    /// SHA-256 of what is said of the logs: everything but the list of records, comments and
+    /// layout.
     ///
     /// # Errors
     /// One sentence when the text is not TOML.

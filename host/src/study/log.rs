@@ -18,7 +18,8 @@ pub(crate) struct Request<'a> {
     /// The file as study.toml names it, for messages.
     pub(crate) file: &'a str,
     pub(crate) path: &'a Path,
-    /// The columns that the study uses; `None` for all of them, in which cells that are no number then count as NaN.
+    /// The columns that the study uses; `None` for all of them, in which cells that are no number
+    /// then count as NaN.
     pub(crate) wanted: Option<&'a [Wanted]>,
     /// First row and the row after the last.
     pub(crate) rows: Option<[usize; 2]>,
@@ -26,7 +27,8 @@ pub(crate) struct Request<'a> {
     pub(crate) columns: Option<&'a [String]>,
     /// The log itself, where it is in memory and not in a file.
     pub(crate) memory: Option<&'a MemoryLog>,
-    /// Whether cells may be empty and columns of different length: each channel then counts only where it has a value.
+    /// Whether cells may be empty and columns of different length: each channel then counts only
+    /// where it has a value.
     pub(crate) sparse: bool,
 }
 
@@ -110,7 +112,8 @@ pub(crate) struct Log {
     pub(crate) numbering: Numbering,
     /// SHA-256 of the file, in hexadecimal.
     pub(crate) sha256: String,
-    /// Per wanted column the logger that it comes from: 0 for the file's, n for entry n − 1 of `others`.
+    /// Per wanted column the logger that it comes from: 0 for the file's, n for entry n − 1 of
+    /// `others`.
     pub(crate) logger: Vec<usize>,
     /// Second loggers of the same run.
     pub(crate) others: Vec<Aligned>,

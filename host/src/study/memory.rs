@@ -8,7 +8,8 @@ use crate::text::error::Result;
 use std::path::Path;
 
 impl Study {
-    /// The study that a description in the form of `study.toml` makes of logs in memory; `called` is what messages call it.
+    /// The study that a description in the form of `study.toml` makes of logs in memory; `called`
+    /// is what messages call it.
     ///
     /// ```
     /// use jointwatch::{MemoryLog, Study};

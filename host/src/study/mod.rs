@@ -1,7 +1,7 @@
 //! A study: the rig and its records, as `study.toml` describes them, read into SI units.
 //!
-//! [`Study::read`] is the way in, and [`Study::of_memory`] for logs that are no files. What a study may say, and every reason for which it is refused, stands in
-//! `docs/reference/study.md`.
+//! [`Study::read`] is the way in, and [`Study::of_memory`] for logs that are no files. What a study
+//! may say, and every reason for which it is refused, stands in `docs/reference/study.md`.
 
 mod channels;
 pub(crate) mod check;
@@ -77,7 +77,8 @@ pub struct Axis {
     pub name: String,
     /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
-    /// kg or kg·m²; `None` when it is to be identified, 0 when the force already is the restoring force.
+    /// kg or kg·m²; `None` when it is to be identified, 0 when the force already is the restoring
+    /// force.
     pub inertia: Option<f64>,
     /// Which way round the equation of motion gives the restoring force.
     pub restoring_force: Convention,
@@ -92,7 +93,8 @@ pub struct Axis {
     pub encoder_step: Option<f64>,
 }
 
-/// A controller of the body's position: its force grows by `−kp·b − kd·ḃ` with the position b, whatever its reference is.
+/// A controller of the body's position: its force grows by `−kp·b − kd·ḃ` with the position b,
+/// whatever its reference is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Controller {
@@ -107,7 +109,8 @@ pub struct Controller {
 /// What was logged of one axis, in SI units, one value per row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
-    /// Position of the far side, or the relative displacement itself when `displacement_second` is `None`.
+    /// Position of the far side, or the relative displacement itself when `displacement_second` is
+    /// `None`.
     pub displacement_first: Vec<f64>,
     /// Position of the near side; relative displacement = first − second.
     pub displacement_second: Option<Vec<f64>>,
@@ -145,9 +148,11 @@ pub struct Source {
     pub role: Role,
     /// First row that was used, and the row after the last.
     pub rows: [usize; 2],
-    /// SHA-256 of the file, as `sha256sum` prints it; for a log in memory that of its columns' names and numbers.
+    /// SHA-256 of the file, as `sha256sum` prints it; for a log in memory that of its columns'
+    /// names and numbers.
     pub sha256: String,
-    /// What was done to its time: taken as even, bridged, split at gaps, resampled; one sentence each.
+    /// What was done to its time: taken as even, bridged, split at gaps, resampled; one sentence
+    /// each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub time: Vec<String>,
     /// Second loggers of the run, and how their clocks ran.
@@ -162,8 +167,9 @@ pub struct Record {
     pub file: String,
     /// What it is used for.
     pub role: Role,
-    /// The row of the file (from 0, heading not counted) that became row 0 here. Where samples were bridged or the log was
-    /// split at gaps, rows are counted as if none were missing; where it was resampled, at the new rate.
+    /// The row of the file (from 0, heading not counted) that became row 0 here. Where samples
+    /// were bridged or the log was split at gaps, rows are counted as if none were missing;
+    /// where it was resampled, at the new rate.
     pub first_row: usize,
     /// Rows of the record.
     pub rows: usize,
@@ -201,7 +207,8 @@ impl Record {
     }
 }
 
-/// A further column of the records, such as a voltage, a temperature or a pressure, that forces of the joint may follow.
+/// A further column of the records, such as a voltage, a temperature or a pressure, that forces of
+/// the joint may follow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input {
     /// Its name in effects: `coulomb*voltage@x`.
@@ -227,7 +234,8 @@ pub struct Study {
     pub path: PathBuf,
     /// Sample rate of all records, Hz; without meaning where the study is quasi-static.
     pub sample_rate_hz: f64,
-    /// Whether its logs have no time (`time = "none"`): only the path counts, velocities are the direction of travel, 1 or −1.
+    /// Whether its logs have no time (`time = "none"`): only the path counts, velocities are the
+    /// direction of travel, 1 or −1.
     pub quasi_static: bool,
     /// The common band of fits and error figures, when the study states one, Hz.
     pub band_hz: Option<f64>,
@@ -237,18 +245,21 @@ pub struct Study {
     pub inputs: Vec<Input>,
     /// The records, in the order of study.toml.
     pub records: Vec<Record>,
-    /// One entry per `[[record]]`; there are more records where logs were split at gaps. Empty for a study that was not read.
+    /// One entry per `[[record]]`; there are more records where logs were split at gaps. Empty for
+    /// a study that was not read.
     pub sources: Vec<Source>,
     /// `[base] terms`, as written.
     pub base_terms: Vec<String>,
     /// Columns that every log has and no channel uses.
     pub unused: Vec<String>,
-    /// What the reader wants the user to know: bridged gaps, columns left unused, …; one sentence each.
+    /// What the reader wants the user to know: bridged gaps, columns left unused, …; one sentence
+    /// each.
     pub notes: Vec<String>,
 }
 
 impl Study {
-    /// The records that one continues, the earliest first: stretches of the same log whose rows come straight before its first.
+    /// The records that one continues, the earliest first: stretches of the same log whose rows
+    /// come straight before its first.
     pub(crate) fn continued(&self, record: &Record) -> Vec<&Record> {
         let mut chain: Vec<&Record> = Vec::new();
         let mut first = record.first_row;
@@ -268,7 +279,8 @@ impl Study {
         self.inputs.iter().any(|input| input.name == name)
     }
 
-    /// Refuses what needs time where the study has none; `what` needs it, and `cure` is what to do in its place.
+    /// Refuses what needs time where the study has none; `what` needs it, and `cure` is what to do
+    /// in its place.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`], one sentence.
@@ -282,7 +294,8 @@ impl Study {
         )))
     }
 
-    /// Refuses an effect that follows an input which the study does not name, or time where it has none.
+    /// Refuses an effect that follows an input which the study does not name, or time where it has
+    /// none.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`], one sentence.
@@ -311,9 +324,11 @@ impl Study {
         )))
     }
 
-    /// Refuses this study for something learnt from another joint: other axes, or records at another rate.
+    /// Refuses this study for something learnt from another joint: other axes, or records at
+    /// another rate.
     ///
-    /// `learnt` is what was learnt, as it stands in the sentence; `axes` are its axes and `sample_rate_hz` its rate.
+    /// `learnt` is what was learnt, as it stands in the sentence; `axes` are its axes and
+    /// `sample_rate_hz` its rate.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`], one sentence.

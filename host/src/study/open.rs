@@ -15,7 +15,8 @@ impl Request<'_> {
         self.table_of(None)
     }
 
-    /// The same, of its rows alone where the log is too long to be read whole and was opened for that.
+    /// The same, of its rows alone where the log is too long to be read whole and was opened for
+    /// that.
     pub(crate) fn table_of(&self, long: Option<&LongLog>) -> Result<Table> {
         match long {
             Some(long) => long.table(self),
@@ -42,7 +43,8 @@ impl Request<'_> {
         self.read_of(None)
     }
 
-    /// The same, of its rows alone where the log is too long to be read whole and was opened for that.
+    /// The same, of its rows alone where the log is too long to be read whole and was opened for
+    /// that.
     pub(crate) fn read_of(&self, long: Option<&LongLog>) -> Result<Log> {
         let (mut table, sha256) = match (self.memory, long) {
             (Some(log), _) => (log.table(self), log.sha256()),
@@ -110,8 +112,8 @@ impl Request<'_> {
         !(value.is_finite() || self.sparse && value.is_nan())
     }
 
-    /// Refuses values that are no measurements beside the rest of their column, but for the column of time, and gives a note for each
-    /// column with values that stand alone.
+    /// Refuses values that are no measurements beside the rest of their column, but for the column
+    /// of time, and gives a note for each column with values that stand alone.
     pub(crate) fn lone_values(
         &self,
         log: &Log,

@@ -50,7 +50,8 @@ impl Plan {
         axes.chain(self.inputs.iter().map(|(_, channel)| channel))
     }
 
-    /// Holds the units that a file states against those of the study; one note for each that differs.
+    /// Holds the units that a file states against those of the study; one note for each that
+    /// differs.
     pub(crate) fn check_units(&self, request: &Request<'_>, log: &Log) -> Result<Vec<String>> {
         let clocks = self.time.iter().chain(&self.clocks);
         let mut notes = Vec::new();

@@ -1,20 +1,25 @@
-//! Logs without time: a force measured at one displacement after another, as a testing machine writes them.
+//! Logs without time: a force measured at one displacement after another, as a testing machine
+//! writes them.
 //!
-//! Only the path counts then. A law that depends on it alone gives the same force however fast the path is run through, so rows stand
-//! in for time, and the velocity is replaced by its sign: the direction of travel. Everything that has a second in its unit is refused.
+//! Only the path counts then. A law that depends on it alone gives the same force however fast the
+//! path is run through, so rows stand in for time, and the velocity is replaced by its sign: the
+//! direction of travel. Everything that has a second in its unit is refused.
 
 use super::time::median;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
-/// Rows that count as one second, for what is measured in rows inside: the length of blocks and of guards between them. No number
-/// that is reported contains it.
+/// Rows that count as one second, for what is measured in rows inside: the length of blocks and of
+/// guards between them. No number that is reported contains it.
 pub(crate) const ROWS_PER_SECOND: f64 = 1000.0;
-/// A reversal counts when the displacement has come back by more than so many standard deviations of its noise, to either side.
+/// A reversal counts when the displacement has come back by more than so many standard deviations
+/// of its noise, to either side.
 const REVERSES: f64 = 3.0;
-/// The velocity within which dry friction turns round: a number without meaning where only the direction is known.
+/// The velocity within which dry friction turns round: a number without meaning where only the
+/// direction is known.
 const TRANSITION: &str = "transition_velocity";
 
-/// Whether a law gives the same force however fast a path is run through: then none of its parameters has a second in its unit.
+/// Whether a law gives the same force however fast a path is run through: then none of its
+/// parameters has a second in its unit.
 pub(crate) fn is_rate_independent(entry: &Entry) -> bool {
     let mut parameters = entry.parameters().iter();
     parameters.all(|p| {
@@ -34,13 +39,14 @@ pub(crate) fn effects_in_time() -> impl Iterator<Item = String> {
     effects.map(|entry| entry.about.name.to_owned())
 }
 
-/// The direction of travel in each row, 1 or −1: that of the step to it, reversals within the noise or one count left out; 0 before
-/// the first step.
+/// The direction of travel in each row, 1 or −1: that of the step to it, reversals within the noise
+/// or one count left out; 0 before the first step.
 pub(super) fn direction(displacement: &[f64], count: Option<f64>) -> Vec<f64> {
     let reach = (2.0 * REVERSES * noise(displacement)).max(count.unwrap_or(0.0));
     let mut direction = vec![0.0; displacement.len()];
     let mut towards = 0.0;
-    // The farthest row so far in the direction of travel; what comes after it turns round when enough has come back.
+    // The farthest row so far in the direction of travel; what comes after it turns round when
+    // enough has come back.
     let mut farthest = 0;
     let mut lowest = 0;
     for (row, x) in displacement.iter().enumerate().skip(1) {
@@ -76,8 +82,9 @@ pub(super) fn direction(displacement: &[f64], count: Option<f64>) -> Vec<f64> {
     direction
 }
 
-/// Standard deviation of a displacement's noise: of white noise the sixth difference has 924 times the variance, of a motion sampled
-/// well next to nothing. The median passes over corners and steps.
+/// Standard deviation of a displacement's noise: of white noise the sixth difference has 924 times
+/// the variance, of a motion sampled well next to nothing. The median passes over corners and
+/// steps.
 fn noise(displacement: &[f64]) -> f64 {
     let sixth = displacement.windows(7).map(|w| {
         (w[0] - 6.0 * w[1] + 15.0 * w[2] - 20.0 * w[3] + 15.0 * w[4] - 6.0 * w[5] + w[6]).abs()

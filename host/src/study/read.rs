@@ -21,17 +21,20 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 impl Study {
-    /// Reads `study.toml` (or the one in the folder `path`) and its logs, in parallel, and checks everything. Of records with more than
-    /// 2¹⁸ rows in all, stretches spread evenly are read, and a note says so.
+    /// Reads `study.toml` (or the one in the folder `path`) and its logs, in parallel, and checks
+    /// everything. Of records with more than 2¹⁸ rows in all, stretches spread evenly are read,
+    /// and a note says so.
     ///
     /// # Errors
-    /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row (the line of a text file), the
-    /// column and what to try; `docs/reference/study.md` lists what is refused.
+    /// One sentence of kind [`Data`](crate::text::error::Kind::Data) that names the file, the row
+    /// (the line of a text file), the column and what to try; `docs/reference/study.md` lists
+    /// what is refused.
     pub fn read(path: &Path) -> Result<Self> {
         Self::read_with(path, &[])
     }
 
-    /// Reads every row of a study, where [`Study::read`] is content with stretches of records that are longer than a fit needs.
+    /// Reads every row of a study, where [`Study::read`] is content with stretches of records that
+    /// are longer than a fit needs.
     ///
     /// # Errors
     /// As [`Study::read`], also for a file that is too large to be held.
@@ -71,7 +74,8 @@ impl Study {
         Ok(study)
     }
 
-    /// The study of the records that a description lists, in a folder or in memory, unchecked beside one another.
+    /// The study of the records that a description lists, in a folder or in memory, unchecked
+    /// beside one another.
     pub(super) fn of_records(
         source: &Source<'_>,
         said: &Description,
@@ -173,7 +177,8 @@ pub(super) fn folder_name(folder: &Path) -> String {
         .unwrap_or_else(|| "study".to_owned())
 }
 
-/// A sentence for every axis whose displacement is integrated, or whose acceleration is derived from a relative displacement.
+/// A sentence for every axis whose displacement is integrated, or whose acceleration is derived
+/// from a relative displacement.
 fn derived_channels(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
     let said = plan.axes.iter().zip(axes).filter_map(|(channels, axis)| {
         let derived = channels.displacement.len() == 2
@@ -226,7 +231,8 @@ struct Logs {
     unused: Vec<String>,
 }
 
-/// The logs that are too long to be read whole, each opened once: several records may be stretches of one. Some are `known` already.
+/// The logs that are too long to be read whole, each opened once: several records may be stretches
+/// of one. Some are `known` already.
 fn opened_once(requests: &[Request<'_>], known: &[Arc<LongLog>]) -> Result<Vec<Arc<LongLog>>> {
     let mut long = known.to_vec();
     for request in requests {

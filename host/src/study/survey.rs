@@ -1,4 +1,5 @@
-//! A look at a log before any study names its columns: what they are called, their units, ranges and sampling.
+//! A look at a log before any study names its columns: what they are called, their units, ranges
+//! and sampling.
 
 use super::channels::naming::{self, Named};
 use super::channels::units::Quantity;
@@ -26,7 +27,8 @@ pub struct SurveyedColumn {
     pub range: [f64; 2],
     /// RMS about the mean.
     pub rms: f64,
-    /// Smallest difference between neighbours that are not equal: the resolution, where the channel is coarser than its noise.
+    /// Smallest difference between neighbours that are not equal: the resolution, where the
+    /// channel is coarser than its noise.
     pub step: Option<f64>,
     pub(crate) named: Named,
 }
@@ -159,8 +161,8 @@ pub fn is_long(path: &Path) -> bool {
     super::readers::long::is_long(path)
 }
 
-/// Whether a file's bytes are those of a log, in any format; not so a model file, a blob, or anything else that is neither text nor a
-/// format of logs.
+/// Whether a file's bytes are those of a log, in any format; not so a model file, a blob, or
+/// anything else that is neither text nor a format of logs.
 pub fn is_a_log(bytes: &[u8]) -> bool {
     super::readers::is_a_log(bytes)
 }
@@ -229,13 +231,15 @@ fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedCol
     }
 }
 
-/// The column that counts the time: the one whose name or unit says so best, where it never falls; of columns without names the first,
-/// where it rises evenly, and so the first one where its name is a unit of time alone (a path is called `s` as well).
+/// The column that counts the time: the one whose name or unit says so best, where it never falls;
+/// of columns without names the first, where it rises evenly, and so the first one where its name
+/// is a unit of time alone (a path is called `s` as well).
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let rises = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
         let falls = c.values.windows(2).any(|w| w[1] < w[0]);
-        // Stamps that are rounded coarsely stand still in most rows; only a name makes a time of those.
+        // Stamps that are rounded coarsely stand still in most rows; only a name makes a time of
+        // those.
         let enough = match c.named.time > 1 {
             true => rising > 0,
             false => 2 * rising >= c.values.len(),
@@ -267,8 +271,8 @@ pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     })
 }
 
-/// How many seconds one of a time's units is, by its steps: a rig is sampled at 20 Hz or faster, and what counts in whole numbers counts
-/// something smaller than a second.
+/// How many seconds one of a time's units is, by its steps: a rig is sampled at 20 Hz or faster,
+/// and what counts in whole numbers counts something smaller than a second.
 fn usual_unit(column: &SurveyedColumn) -> f64 {
     let step = (column.range[1] - column.range[0]) / column.values.len() as f64;
     let whole = column.values.iter().all(|v| v.fract() == 0.0);

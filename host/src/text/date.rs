@@ -3,11 +3,12 @@
 use crate::text::error::{Error, Result};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The variable that fixes the day, so that the same run gives the same bytes: seconds since 1970 as
-/// <https://reproducible-builds.org/specs/source-date-epoch/> has it; empty for no day at all.
+/// The variable that fixes the day, so that the same run gives the same bytes: seconds since 1970
+/// as <https://reproducible-builds.org/specs/source-date-epoch/> has it; empty for no day at all.
 const FIXED: &str = "SOURCE_DATE_EPOCH";
 
-/// Today in UTC as `2026-03-14`; the day of SOURCE_DATE_EPOCH where that is set, none where it is set to nothing.
+/// Today in UTC as `2026-03-14`; the day of SOURCE_DATE_EPOCH where that is set, none where it is
+/// set to nothing.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Usage`] when SOURCE_DATE_EPOCH is no number of seconds.

@@ -29,8 +29,9 @@ pub struct Error {
 /// What the host's functions return.
 pub type Result<T> = std::result::Result<T, Error>;
 
-/// What several tasks gave that ran side by side, or the error of the first of them in their order: `collect` would give that of
-/// whichever failed first, so that one input would be refused with another sentence from one time to the next.
+/// What several tasks gave that ran side by side, or the error of the first of them in their order:
+/// `collect` would give that of whichever failed first, so that one input would be refused with
+/// another sentence from one time to the next.
 ///
 /// # Errors
 /// That of the first task that failed.
@@ -40,7 +41,8 @@ pub fn in_order<T: Send>(tasks: impl IndexedParallelIterator<Item = Result<T>>) 
 }
 
 impl Error {
-    /// The sentence as it is shown: with its full stop, control characters as escapes, and no longer than a person reads.
+    /// The sentence as it is shown: with its full stop, control characters as escapes, and no
+    /// longer than a person reads.
     pub fn line(&self) -> String {
         // A suggestion ends the sentence by itself.
         let end = if self.sentence.ends_with('?') {

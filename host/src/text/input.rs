@@ -4,7 +4,8 @@ use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// Bytes that one file may have, unless the environment says otherwise: what is read of so many stays under 2 GB of memory.
+/// Bytes that one file may have, unless the environment says otherwise: what is read of so many
+/// stays under 2 GB of memory.
 const DEFAULT_LIMIT: u64 = 1 << 28;
 /// The environment variable that raises it.
 pub(crate) const VARIABLE: &str = "JOINTWATCH_MAX_FILE_BYTES";
@@ -20,7 +21,8 @@ pub(crate) fn limit() -> u64 {
 /// What standard input held; it can be read once.
 static STANDARD_INPUT: OnceLock<Vec<u8>> = OnceLock::new();
 
-/// The bytes of a file, or of standard input for `-`. A pipe or a device, which may never end, is refused before it is opened.
+/// The bytes of a file, or of standard input for `-`. A pipe or a device, which may never end, is
+/// refused before it is opened.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     if path.as_os_str() != "-" {
         return read_up_to(path, limit());

@@ -1,5 +1,6 @@
-//! What people read, and what every layer needs for it: errors in one sentence, tables, plots of characters, dates, files
-//! written whole and read up to a size; work that is followed from outside.
+//! What people read, and what every layer needs for it: errors in one sentence, tables, plots of
+//! characters, dates, files written whole and read up to a size; work that is followed from
+//! outside.
 
 pub mod date;
 pub mod error;

@@ -1,6 +1,7 @@
 //! Suggesting what was probably meant when a name is not known.
 
-/// Names longer than this are nobody's slip, and comparing them takes time that grows with the product of the lengths.
+/// Names longer than this are nobody's slip, and comparing them takes time that grows with the
+/// product of the lengths.
 const LONGEST: usize = 100;
 /// So many names are compared and listed at most.
 const MOST: usize = 1000;

@@ -1,4 +1,5 @@
-//! Files that are either whole or not there: everything the tool leaves behind is written through here.
+//! Files that are either whole or not there: everything the tool leaves behind is written through
+//! here.
 
 use crate::text::error::{Error, Result};
 use std::io::Write;
@@ -9,7 +10,8 @@ pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// Writes to standard output; a reader that has gone away (`| head`) is no error of ours, but ends the run.
+/// Writes to standard output; a reader that has gone away (`| head`) is no error of ours, but ends
+/// the run.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Failed`] when it cannot be written to.
@@ -24,12 +26,13 @@ pub fn print(contents: &[u8]) -> Result<()> {
     }
 }
 
-/// Writes a file in one step: into a temporary file beside it, then renamed over it; for `-` to standard output. What is there and no
-/// file, such as `/dev/null` or a pipe, is written into and never replaced.
+/// Writes a file in one step: into a temporary file beside it, then renamed over it; for `-` to
+/// standard output. What is there and no file, such as `/dev/null` or a pipe, is written into and
+/// never replaced.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Failed`] with the path when the folder is missing or not writable; the old file, if there
-/// was one, is then untouched.
+/// [`crate::text::error::Kind::Failed`] with the path when the folder is missing or not writable;
+/// the old file, if there was one, is then untouched.
 pub fn write_whole(path: &Path, contents: &[u8]) -> Result<()> {
     check(path)?;
     if is_standard(path) {
@@ -122,7 +125,8 @@ pub(crate) fn make_readable_as_usual(file: &tempfile::NamedTempFile) -> std::io:
 /// A value as indented JSON with a line feed at its end.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Failed`] when the value cannot be expressed, which for the tool's own types does not happen.
+/// [`crate::text::error::Kind::Failed`] when the value cannot be expressed, which for the tool's
+/// own types does not happen.
 pub fn json_text<T: serde::Serialize>(value: &T) -> Result<String> {
     let mut text = serde_json::to_string_pretty(value)
         .map_err(|e| Error::failed(format!("the result could not be written as JSON ({e})")))?;

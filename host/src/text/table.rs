@@ -1,4 +1,5 @@
-//! A small table in plain text: columns as wide as their widest cell, columns of numbers to the right.
+//! A small table in plain text: columns as wide as their widest cell, columns of numbers to the
+//! right.
 
 use std::fmt;
 
@@ -54,7 +55,8 @@ impl fmt::Display for Table {
 
 /// Six significant digits, whatever the size: `95.0791`, `1.80000`, `5.37400e-6`.
 ///
-/// Inertias range from a rig's bodies to an electronic oscillator's; a fixed number of decimals would swallow the small ones.
+/// Inertias range from a rig's bodies to an electronic oscillator's; a fixed number of decimals
+/// would swallow the small ones.
 pub fn significant(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || !(1e-3..1e6).contains(&size) {
@@ -64,7 +66,8 @@ pub fn significant(value: f64) -> String {
     format!("{value:.*}", decimals.max(0) as usize)
 }
 
-/// Three significant digits, rounded as a person writes them: without an exponent where a person would not write one.
+/// Three significant digits, rounded as a person writes them: without an exponent where a person
+/// would not write one.
 pub fn rounded(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -100,7 +103,8 @@ pub fn short(value: f64) -> String {
     format!("{value:.3e}")
 }
 
-/// A percentage with three digits behind the point, or three that count where it is small: `12.346 %`, `0.0000254 %`.
+/// A percentage with three digits behind the point, or three that count where it is small: `12.346
+/// %`, `0.0000254 %`.
 pub fn percent(value: f64) -> String {
     match value.abs() {
         0.0 => "0 %".to_owned(),
@@ -113,7 +117,8 @@ pub fn percent(value: f64) -> String {
     }
 }
 
-/// A frequency in whole hertz, or with the three digits that count below 10 Hz: `40 Hz`, `0.412 Hz`.
+/// A frequency in whole hertz, or with the three digits that count below 10 Hz: `40 Hz`, `0.412
+/// Hz`.
 pub fn hertz(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 || size >= 10.0 {
@@ -124,7 +129,8 @@ pub fn hertz(value: f64) -> String {
     format!("{} Hz", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// A value in its unit with five significant digits and the prefix that keeps it readable: `1394.2 N/m`, `1.5000 mm`.
+/// A value in its unit with five significant digits and the prefix that keeps it readable: `1394.2
+/// N/m`, `1.5000 mm`.
 pub fn value_with_unit(value: f64, unit: &str) -> String {
     let size = value.abs();
     // Thousands of newtons per metre are what the field writes; from a million on a prefix helps.
@@ -155,7 +161,8 @@ pub fn value_with_unit(value: f64, unit: &str) -> String {
     }
 }
 
-/// A named value with its unit, as in a sentence: `slip_force 3.20000 N`; what has no unit goes without.
+/// A named value with its unit, as in a sentence: `slip_force 3.20000 N`; what has no unit goes
+/// without.
 pub fn quantity(name: &str, value: f64, unit: &str) -> String {
     let bare = format!("{name} {}", significant(value));
     match unit {
@@ -164,7 +171,8 @@ pub fn quantity(name: &str, value: f64, unit: &str) -> String {
     }
 }
 
-/// Whether a cell is a number, perhaps with a unit: `1.25 %`, `18.2 N`, `-3e-4`, but not `valid.csv from 3 s`.
+/// Whether a cell is a number, perhaps with a unit: `1.25 %`, `18.2 N`, `-3e-4`, but not `valid.csv
+/// from 3 s`.
 fn is_number(cell: &str) -> bool {
     let mut words = cell.split(' ');
     let number = words.next().is_some_and(|word| word.parse::<f64>().is_ok());

@@ -1,6 +1,7 @@
 //! A curve drawn with characters: for a terminal, and for pages that hold no pictures.
 //!
-//! Every character cell holds two by four Braille dots, so a plot of 56 by 12 characters has 112 by 48 dots.
+//! Every character cell holds two by four Braille dots, so a plot of 56 by 12 characters has 112 by
+//! 48 dots.
 
 use std::fmt::Write;
 
@@ -23,7 +24,8 @@ pub struct TextPlot<'a> {
 }
 
 impl TextPlot<'_> {
-    /// Draws a curve through points (x, y), point to point; points that are not finite are left out.
+    /// Draws a curve through points (x, y), point to point; points that are not finite are left
+    /// out.
     ///
     /// Both scales are symmetric about 0, which a dotted cross marks.
     pub fn draw(&self, points: &[(f64, f64)]) -> String {

@@ -1,8 +1,9 @@
 //! Long work that somebody follows from outside: how far it is, and that it is to end.
 //!
-//! Whoever computes passes checkpoints (`step`) and says what it is at (`say`); both do nothing where nobody follows. The follower's
-//! [`Watch`] is known to the threads that do the work, so that no function hands it on. Work that is to end unwinds from its next
-//! checkpoint, as a query of an incremental compiler does: nothing between there and [`Watch::follow`] keeps a half-done result.
+//! Whoever computes passes checkpoints (`step`) and says what it is at (`say`); both do nothing
+//! where nobody follows. The follower's [`Watch`] is known to the threads that do the work, so that
+//! no function hands it on. Work that is to end unwinds from its next checkpoint, as a query of an
+//! incremental compiler does: nothing between there and [`Watch::follow`] keeps a half-done result.
 
 use crate::text::error::{Error, Result};
 use std::cell::RefCell;
@@ -69,7 +70,8 @@ impl Watch {
         }
     }
 
-    /// Does work in threads that know this watch, as many as there are otherwise; `None` when it was stopped.
+    /// Does work in threads that know this watch, as many as there are otherwise; `None` when it
+    /// was stopped.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Failed`] when there are no threads to be had.

@@ -1,4 +1,5 @@
-//! A study whose instruments are wrong: the faults are found, put right, and carried to the device's integers.
+//! A study whose instruments are wrong: the faults are found, put right, and carried to the
+//! device's integers.
 
 use jointwatch::assess::compare;
 use jointwatch::device::{export, replay};
@@ -12,7 +13,8 @@ use std::fs;
 use std::path::Path;
 
 const SEED: u64 = 4;
-/// The force channel of x is late by three samples of 0.5 ms, reads 4 % too much, and hears the torque.
+/// The force channel of x is late by three samples of 0.5 ms, reads 4 % too much, and hears the
+/// torque.
 const LATE_SAMPLES: usize = 3;
 const EXCESS: f64 = 0.04;
 const CROSS: f64 = 5.0;
@@ -364,7 +366,8 @@ fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_rec
     assert!(refusal.sentence.contains("has one record"), "{refusal}");
 }
 
-/// The study with a zero of the force channel of x that rises along every record, by another amount in each, N.
+/// The study with a zero of the force channel of x that rises along every record, by another amount
+/// in each, N.
 fn drifting(study: &Study, rises: &[f64]) -> Study {
     let mut study = study.clone();
     for (record, rise) in study.records.iter_mut().zip(rises) {
@@ -442,8 +445,8 @@ fn a_zero_that_drifts_is_named_and_taken_out_of_every_record() {
     assert!(export::export(&with, None).is_err());
 }
 
-/// A joint in a testing machine, as CSV below `folder`: a spring beside a Maxwell element that forgets in a fifth of a record, and slow motion
-/// beside quick.
+/// A joint in a testing machine, as CSV below `folder`: a spring beside a Maxwell element that
+/// forgets in a fifth of a record, and slow motion beside quick.
 fn relaxing(folder: &Path) -> Study {
     const RATE: f64 = 200.0;
     const TIME_CONSTANT_S: f64 = 4.0;

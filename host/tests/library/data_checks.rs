@@ -1,4 +1,5 @@
-//! A good study spoilt in every way that the data checks know: what they say, and that a good one raises nothing.
+//! A good study spoilt in every way that the data checks know: what they say, and that a good one
+//! raises nothing.
 
 use jointwatch::assess::data_checks::{Finding, check};
 use jointwatch::diagnose::{Verdict, diagnose};

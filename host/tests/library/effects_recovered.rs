@@ -1,4 +1,5 @@
-//! Every effect of the joint, hidden in a noisy force and found again: its values, and the force that it gives.
+//! Every effect of the joint, hidden in a noisy force and found again: its values, and the force
+//! that it gives.
 //!
 //! The table is walked, nothing is named but the parameters that trade with one another by nature.
 
@@ -43,7 +44,8 @@ fn axes() -> Vec<Axis> {
     ]
 }
 
-/// A minute of both axes: sines of many frequencies under a slowly changing amplitude, with their exact velocities.
+/// A minute of both axes: sines of many frequencies under a slowly changing amplitude, with their
+/// exact velocities.
 fn states(rows: usize, sizes: [f64; 2], random: &mut ChaCha8Rng) -> Vec<Vec<f64>> {
     let mut states = Vec::new();
     for size in sizes {
@@ -83,7 +85,8 @@ fn states(rows: usize, sizes: [f64; 2], random: &mut ChaCha8Rng) -> Vec<Vec<f64>
     states
 }
 
-/// Every linear parameter such that the effect counts, and every shape somewhere inside its search, off its starts.
+/// Every linear parameter such that the effect counts, and every shape somewhere inside its search,
+/// off its starts.
 fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng) -> EffectValues {
     let values = entry.parameters().iter().map(|parameter| {
         let relative = match parameter.role {
@@ -110,7 +113,8 @@ fn truth(entry: &'static Entry, references: &References, random: &mut ChaCha8Rng
     }
 }
 
-/// The effects that own what this one is tied to, with the same value: without them it is not meant to be fitted.
+/// The effects that own what this one is tied to, with the same value: without them it is not meant
+/// to be fitted.
 fn owners(
     hidden: &EffectValues,
     references: &References,
@@ -299,7 +303,8 @@ fn a_law_whose_shapes_end_at_their_bounds_fits_as_well_as_its_special_case() {
         let others = (0..2).flat_map(base);
         others.chain([hidden]).collect()
     };
-    // With an exponent and a share of 1, the ends of both, Bouc–Wen's law is Dahl's. A softer element beside makes a blunter knee than that.
+    // With an exponent and a share of 1, the ends of both, Bouc–Wen's law is Dahl's. A softer
+    // element beside makes a blunter knee than that.
     let dahl = with("dahl", &mut random);
     let mut both = dahl.clone();
     both.push(dahl[dahl.len() - 1].clone());

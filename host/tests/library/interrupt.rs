@@ -8,7 +8,8 @@ use std::time::Duration;
 
 const JOINTWATCH: &str = env!("CARGO_BIN_EXE_jointwatch");
 
-/// Whether the process has installed a handler for SIGINT, which is bit 1 of the mask of caught signals.
+/// Whether the process has installed a handler for SIGINT, which is bit 1 of the mask of caught
+/// signals.
 fn listens(pid: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     let mask = status.lines().find_map(|l| l.strip_prefix("SigCgt:"));
@@ -16,7 +17,8 @@ fn listens(pid: u32) -> bool {
         .is_some_and(|mask| mask & 2 != 0)
 }
 
-/// Exit code, standard output and standard error of a training that takes minutes, interrupted some time after it began to listen.
+/// Exit code, standard output and standard error of a training that takes minutes, interrupted some
+/// time after it began to listen.
 fn interrupted(study: &Path, model: &Path, wait: Duration) -> (Option<i32>, String, String) {
     let child = Command::new(JOINTWATCH)
         .arg("identify")
@@ -56,7 +58,8 @@ fn ctrl_c_keeps_the_best_weights_and_says_so() {
         .arg(&study)
         .status();
     assert!(simulated.expect("the binary starts").success());
-    // On a busy machine there may be no weights yet; then nothing may be written, and a later interruption is tried.
+    // On a busy machine there may be no weights yet; then nothing may be written, and a later
+    // interruption is tried.
     for attempt in 0..8 {
         let wait = Duration::from_millis(500 << attempt);
         let (code, said, error) = interrupted(&study, &model, wait);

@@ -1,4 +1,5 @@
-//! The crate and its program as others use them: known truth comes back, and every bad input is told in one sentence.
+//! The crate and its program as others use them: known truth comes back, and every bad input is
+//! told in one sentence.
 
 mod bad_input;
 mod corrections;

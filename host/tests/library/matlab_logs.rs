@@ -1,4 +1,5 @@
-//! MATLAB logs, written here byte by byte as the format's description has them, and what is refused about them.
+//! MATLAB logs, written here byte by byte as the format's description has them, and what is refused
+//! about them.
 
 use jointwatch::study::Study;
 use jointwatch::text::error::Kind;

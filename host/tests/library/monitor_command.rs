@@ -1,4 +1,5 @@
-//! `jointwatch monitor`: every line is a message that was sent, what was lost is told, and it ends as it should.
+//! `jointwatch monitor`: every line is a message that was sent, what was lost is told, and it ends
+//! as it should.
 
 use jointwatch_shared::monitor::{self, Cause};
 use jointwatch_shared::wire::telemetry::{
@@ -219,7 +220,8 @@ fn no_line_is_printed_that_was_not_sent_and_the_frame_after_the_noise_is() {
         println!("{end}");
         assert_eq!(end["messages"], messages.len());
         assert_eq!(end["unknown"], 0);
-        // The first ones may have been lost before anything was heard; all others are accounted for.
+        // The first ones may have been lost before anything was heard; all others are accounted
+        // for.
         let first = messages[0]["sequence"].as_u64().unwrap();
         let lost = end["lost"].as_u64().unwrap();
         assert_eq!(first + lost + messages.len() as u64, u64::from(sent) + 2);
@@ -265,7 +267,8 @@ fn a_replayed_record_is_what_a_device_would_send() {
     let end = json.last().unwrap();
     assert_eq!((&end["lost"], &end["damaged"]), (&0.into(), &0.into()));
 
-    // Each sample's forces are those of the table that replay writes for the row that they belong to.
+    // Each sample's forces are those of the table that replay writes for the row that they belong
+    // to.
     let delay = json[0]["rig"]["delay"].as_u64().unwrap();
     let csv = fs::read_to_string(folder.path().join("out.csv")).unwrap();
     let mut rows = csv.lines().skip(1);
@@ -419,7 +422,8 @@ mod live {
         let (mut device, mut host) = TTYPort::pair().expect("a pseudo-terminal");
         device.set_timeout(Duration::from_millis(100)).unwrap();
         let name = host.name().expect("it has a name");
-        // Held open, as a cable stays plugged in when no program uses it; but not locked, so that one can.
+        // Held open, as a cable stays plugged in when no program uses it; but not locked, so that
+        // one can.
         host.set_exclusive(false).unwrap();
         let cable = fs::File::options().read(true).write(true).open(&name);
         drop(host);

@@ -14,7 +14,8 @@ const DAMPING: f64 = 12.0;
 const GROUND_STIFFNESS: f64 = 8e3;
 const GROUND_DAMPING: f64 = 5.0;
 
-/// Amplitude, frequency and phase of three sines, and their value, first and second derivative at `t`.
+/// Amplitude, frequency and phase of three sines, and their value, first and second derivative at
+/// `t`.
 fn sines(list: [(f64, f64, f64); 3], t: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (amplitude, hz, phase) in list {

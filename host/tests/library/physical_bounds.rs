@@ -1,4 +1,5 @@
-//! What a fit must not say: a mass below nothing, a friction that pushes, metres where the heading says millimetres.
+//! What a fit must not say: a mass below nothing, a friction that pushes, metres where the heading
+//! says millimetres.
 
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;

@@ -1,4 +1,5 @@
-//! The report as a file: small, shut to the network, safe against names out of files, and drawn by a real browser without an error.
+//! The report as a file: small, shut to the network, safe against names out of files, and drawn by
+//! a real browser without an error.
 
 use jointwatch::assess::compare;
 use jointwatch::diagnose::{self, add};

@@ -1,9 +1,11 @@
-//! One axis of a model in SI units: its name, its kind, its inertia, and the range of motion that the model has seen.
+//! One axis of a model in SI units: its name, its kind, its inertia, and the range of motion that
+//! the model has seen.
 
 use crate::fault::{Checks, Error};
 
-/// The largest size of any SI quantity in a model, and the inverse of the smallest positive one. Far from anything a
-/// joint can show, and far enough from the ends of `f64` that products and quotients of two of them are normal numbers.
+/// The largest size of any SI quantity in a model, and the inverse of the smallest positive one.
+/// Far from anything a joint can show, and far enough from the ends of `f64` that products and
+/// quotients of two of them are normal numbers.
 pub const MAGNITUDE: f64 = 1e60;
 
 /// The bytes that an axis's name may have.
@@ -53,7 +55,8 @@ pub struct Name {
     pub(crate) bytes: [u8; NAME_LEN],
 }
 
-/// A measured quantity that the force of effects is proportional to: a voltage, a temperature, a pressure, a normal load.
+/// A measured quantity that the force of effects is proportional to: a voltage, a temperature, a
+/// pressure, a normal load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input {
     /// Its name in the study.
@@ -147,7 +150,8 @@ impl InputRange {
 }
 
 impl Axis {
-    /// Checks what host and device rely on; [`Error::OutOfRange`] for the first quantity that is not usable.
+    /// Checks what host and device rely on; [`Error::OutOfRange`] for the first quantity that is
+    /// not usable.
     pub(super) fn check(&self, checks: &mut Checks) {
         self.displacement.check(checks);
         self.velocity.check(checks);

@@ -1,14 +1,16 @@
-//! What is known to be wrong with the force channels: gain, cross-talk, delay and hum, as a model carries them to the rig.
+//! What is known to be wrong with the force channels: gain, cross-talk, delay and hum, as a model
+//! carries them to the rig.
 //!
-//! A channel is first put in time, then its gain is put right, then the cross-talk of the other channel is taken off:
-//! `F = (1 − excess)·F_read(t + delay) − cross·F_other`, with `F_other` the other channel after its own time and gain. Hum is what then
-//! stands in the restoring force.
+//! A channel is first put in time, then its gain is put right, then the cross-talk of the other
+//! channel is taken off: `F = (1 − excess)·F_read(t + delay) − cross·F_other`, with `F_other` the
+//! other channel after its own time and gain. Hum is what then stands in the restoring force.
 
 use super::axis::MAGNITUDE;
 use crate::base::hum::Hum;
 use crate::fault::{Checks, Error};
 
-/// The largest share of a reading that can be too much or too little; a channel that is further off is another channel.
+/// The largest share of a reading that can be too much or too little; a channel that is further off
+/// is another channel.
 pub const MAX_GAIN: f64 = 0.9;
 
 /// Corrections of one axis's force channel; all 0 for a channel that is right.
@@ -20,7 +22,8 @@ pub struct ForceCorrection {
     pub cross: f64,
     /// By how many seconds the channel is late; negative when it is early. −1 to 1.
     pub delay_s: f64,
-    /// What stands in it of the mains, with a phase that is another one whenever a record or a device begins.
+    /// What stands in it of the mains, with a phase that is another one whenever a record or a
+    /// device begins.
     pub hum: Hum,
 }
 

@@ -1,4 +1,5 @@
-//! How it is written what an effect follows: `voltage`, its square `voltage^2`, or `voltage~10ms` behind a first-order lag.
+//! How it is written what an effect follows: `voltage`, its square `voltage^2`, or `voltage~10ms`
+//! behind a first-order lag.
 
 use std::boxed::Box;
 use std::collections::BTreeSet;
@@ -18,7 +19,8 @@ pub struct Follows<'a> {
 }
 
 impl<'a> Follows<'a> {
-    /// Reads `voltage^2~10ms`, of which the power and the lag may be left out. What is neither stays part of the name.
+    /// Reads `voltage^2~10ms`, of which the power and the lag may be left out. What is neither
+    /// stays part of the name.
     pub fn parse(text: &'a str) -> Self {
         let parts = text.split_once('~');
         let lag = parts.and_then(|(name, lag)| {
@@ -42,7 +44,8 @@ impl<'a> Follows<'a> {
         }
         let ms = 1e3 * self.lag_s;
         let unit = 10_f64.powi(ms.log10().floor() as i32 - 3);
-        // A division by a power of ten above 1 ends in fewer digits than a product with its inverse.
+        // A division by a power of ten above 1 ends in fewer digits than a product with its
+        // inverse.
         let ms = if unit < 1.0 {
             let per_unit = (1.0 / unit).round();
             (ms * per_unit).round() / per_unit
@@ -53,7 +56,8 @@ impl<'a> Follows<'a> {
     }
 }
 
-/// By what share of the way a first-order lag goes to its input from one sample to the next: 1 without a lag.
+/// By what share of the way a first-order lag goes to its input from one sample to the next: 1
+/// without a lag.
 pub(super) fn share(lag_s: f64, period_s: f64) -> f64 {
     if lag_s > 0.0 {
         -(-period_s / lag_s).exp_m1()
@@ -71,7 +75,8 @@ pub(super) fn lag_s(share: f64, period_s: f64) -> f64 {
     }
 }
 
-/// A name that is kept for as long as the program runs, once however often it is met, so that what names an input stays a few words.
+/// A name that is kept for as long as the program runs, once however often it is met, so that what
+/// names an input stays a few words.
 pub fn kept(name: &str) -> &'static str {
     static NAMES: Mutex<BTreeSet<&'static str>> = Mutex::new(BTreeSet::new());
     let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);

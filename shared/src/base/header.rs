@@ -9,7 +9,8 @@ use heapless::Vec;
 pub struct Header {
     /// The sample rate of the records it was learnt from, in Hz.
     pub sample_rate_hz: f64,
-    /// The band to which force and residual are low-passed before they are compared, in Hz; at most half the sample rate.
+    /// The band to which force and residual are low-passed before they are compared, in Hz; at
+    /// most half the sample rate.
     pub band_hz: f64,
     /// The pass band of the derivatives that gave the states, in Hz; at most half the sample rate.
     pub state_band_hz: f64,
@@ -22,8 +23,8 @@ pub struct Header {
 pub struct Output {
     /// N or N·m per unit of the output; any positive number.
     pub force_per_lsb: f64,
-    /// The largest difference to the `f64` model over all inputs in [−1, 1], in N or N·m: coefficients, inputs and
-    /// arithmetic together, as export stated it.
+    /// The largest difference to the `f64` model over all inputs in [−1, 1], in N or N·m:
+    /// coefficients, inputs and arithmetic together, as export stated it.
     pub error_bound: f64,
 }
 

@@ -1,7 +1,8 @@
-//! The inner loops of a sample: a third of its instructions are in the filters' sums of products, a quarter in those of a polynomial.
+//! The inner loops of a sample: a third of its instructions are in the filters' sums of products, a
+//! quarter in those of a polynomial.
 //!
-//! Here they are in Rust, for every machine. A board may have its own, which give the same bits in fewer instructions; the self-test on the
-//! board compares them with these on the host.
+//! Here they are in Rust, for every machine. A board may have its own, which give the same bits in
+//! fewer instructions; the self-test on the board compares them with these on the host.
 
 use super::stored::{BLOCKS, Block, Blocks, Neuron};
 use super::tanh::tanh_scaled;
@@ -12,8 +13,9 @@ pub trait Kernels {
     /// `Σ weight·row` of both columns, modulo 2⁶⁴, over as many as there are of both.
     fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2];
 
-    /// `Σ block sum · ⌈outer·gain⌋` over the blocks of an axis, for the powers `row` and `column` of the last two inputs: what
-    /// [`crate::base::polynomial`] says of it. It fits, as was checked when the model was made.
+    /// `Σ block sum · ⌈outer·gain⌋` over the blocks of an axis, for the powers `row` and `column`
+    /// of the last two inputs: what [`crate::base::polynomial`] says of it. It fits, as was
+    /// checked when the model was made.
     fn sum_of_blocks(
         blocks: &Blocks,
         outer: &[i32; BLOCKS],
@@ -21,7 +23,8 @@ pub trait Kernels {
         column: &[i32; 3],
     ) -> i64;
 
-    /// `bias` and what the neurons add to the forces of the first `AXES` axes; words of an axis that is not there are 0, as was checked.
+    /// `bias` and what the neurons add to the forces of the first `AXES` axes; words of an axis
+    /// that is not there are 0, as was checked.
     fn sum_of_neurons<const AXES: usize>(
         neurons: &[Neuron],
         bias: [i64; 2],
@@ -61,7 +64,8 @@ impl Kernels for Portable {
 
 /// `Σ weight·row` of both columns, modulo 2⁶⁴.
 ///
-/// Sixteen rows at a time, seven instructions for two: as few as the compiler can do with, but for the counting.
+/// Sixteen rows at a time, seven instructions for two: as few as the compiler can do with, but for
+/// the counting.
 #[inline(never)]
 fn products(weights: &[i32], rows: &[[i32; 2]]) -> [i64; 2] {
     let (many_weights, weights) = weights.as_chunks::<16>();
@@ -104,7 +108,8 @@ fn add_eight(
     add_two(sums, [g, h], [o, p])
 }
 
-/// `sums` and two rows more. In order, or the compiler would load all rows before it multiplies, and had no registers left.
+/// `sums` and two rows more. In order, or the compiler would load all rows before it multiplies,
+/// and had no registers left.
 #[inline(always)]
 fn add_two(sums: (i64, i64), [v, w]: [&i32; 2], [first, second]: [&[i32; 2]; 2]) -> (i64, i64) {
     let sums = add(add(sums, *v, *first), *w, *second);
@@ -122,11 +127,13 @@ fn add((first, second): (i64, i64), weight: i32, [a, b]: [i32; 2]) -> (i64, i64)
     )
 }
 
-/// Σ block sum · monomial · gain of one axis, with [`SUM_PLACES`](super::polynomial::SUM_PLACES) more binary places than the block sums have.
+/// Σ block sum · monomial · gain of one axis, with [`SUM_PLACES`](super::polynomial::SUM_PLACES)
+/// more binary places than the block sums have.
 ///
-/// Not inlined: where the compiler sees how the powers were computed it keeps some of them in 64 bits, and then needs
-/// eight instructions for a product that is otherwise one. Written out, not a loop: the addresses of all words are then
-/// constants, which leaves two more registers for powers and lets pairs of words be loaded at once.
+/// Not inlined: where the compiler sees how the powers were computed it keeps some of them in 64
+/// bits, and then needs eight instructions for a product that is otherwise one. Written out, not a
+/// loop: the addresses of all words are then constants, which leaves two more registers for powers
+/// and lets pairs of words be loaded at once.
 #[inline(never)]
 fn sum_of_blocks(blocks: &Blocks, outer: &[i32; BLOCKS], row: &[i32; 3], column: &[i32; 3]) -> i64 {
     let (blocks, _) = blocks.as_chunks::<4>();

@@ -1,7 +1,9 @@
-//! A restoring-force model as the device holds it: what its numbers mean in SI, and the base that turns states into force.
+//! A restoring-force model as the device holds it: what its numbers mean in SI, and the base that
+//! turns states into force.
 //!
-//! A model maps the normalised state [x, ẋ, φ, φ̇] (two axes), [x, ẋ] (one axis) or [x, ẋ, input], in Q31, to one force per axis, in
-//! units of that axis's `force_per_lsb`. Everything in here is calibrated and does not move while it is evaluated.
+//! A model maps the normalised state [x, ẋ, φ, φ̇] (two axes), [x, ẋ] (one axis) or [x, ẋ, input],
+//! in Q31, to one force per axis, in units of that axis's `force_per_lsb`. Everything in here is
+//! calibrated and does not move while it is evaluated.
 
 pub mod axis;
 pub mod corrections;
@@ -93,11 +95,13 @@ impl Model {
 
     /// Puts a model together and checks all of it.
     ///
-    /// The base's force on an axis counts 2^shift force units; `terms` are relative to 2³¹ of them. Effects saturate:
-    /// export chooses the force unit so that nothing inside the training range does.
+    /// The base's force on an axis counts 2^shift force units; `terms` are relative to 2³¹ of them.
+    /// Effects saturate: export chooses the force unit so that nothing inside the training
+    /// range does.
     ///
     /// # Errors
-    /// [`Error`] names the first quantity that is not usable or the sum of the base that could overflow.
+    /// [`Error`] names the first quantity that is not usable or the sum of the base that could
+    /// overflow.
     pub fn with_effects(
         header: Header,
         outputs: Vec<Output, 2>,
@@ -153,10 +157,12 @@ impl Model {
         })
     }
 
-    /// The same model for a rig whose force channels are known to be wrong; one correction per axis.
+    /// The same model for a rig whose force channels are known to be wrong; one correction per
+    /// axis.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a correction that is not usable, or of an axis that the model has not.
+    /// [`Error::OutOfRange`] for a correction that is not usable, or of an axis that the model has
+    /// not.
     pub fn correcting(mut self, corrections: [ForceCorrection; 2]) -> Result<Self, Error> {
         self.correct(corrections)?;
         Ok(self)
@@ -179,12 +185,14 @@ impl Model {
 
     /// Brings a polynomial learnt in `f64` to fixed point.
     ///
-    /// `orders` has two entries per axis, 0 to 3 each, and of one axis a third for its input, if it follows one; `coefficients` has one
-    /// slice per axis of (m+1)(n+1)(o+1)(p+1) values in N or N·m for inputs normalised to ±1, the last input's exponent running fastest.
-    /// `budgets` is the largest error bound allowed per axis, in N or N·m; `f64::INFINITY` allows any.
+    /// `orders` has two entries per axis, 0 to 3 each, and of one axis a third for its input, if it
+    /// follows one; `coefficients` has one slice per axis of (m+1)(n+1)(o+1)(p+1) values in N
+    /// or N·m for inputs normalised to ±1, the last input's exponent running fastest. `budgets`
+    /// is the largest error bound allowed per axis, in N or N·m; `f64::INFINITY` allows any.
     ///
     /// # Errors
-    /// As [`PolynomialModel::quantise`] and [`Header::check`]; [`Error::Budget`] when a bound is above its budget.
+    /// As [`PolynomialModel::quantise`] and [`Header::check`]; [`Error::Budget`] when a bound is
+    /// above its budget.
     pub fn from_polynomial(
         header: Header,
         orders: &[u8],
@@ -212,11 +220,12 @@ impl Model {
 
     /// Brings a network learnt in `f64` to fixed point.
     ///
-    /// `weights` has its outputs in N or N·m for inputs normalised to ±1. `budgets` is the largest error bound allowed per
-    /// axis, in N or N·m; `f64::INFINITY` allows any.
+    /// `weights` has its outputs in N or N·m for inputs normalised to ±1. `budgets` is the largest
+    /// error bound allowed per axis, in N or N·m; `f64::INFINITY` allows any.
     ///
     /// # Errors
-    /// As [`NetworkModel::quantise`] and [`Header::check`]; [`Error::NetworkBudget`] when a bound is above its budget.
+    /// As [`NetworkModel::quantise`] and [`Header::check`]; [`Error::NetworkBudget`] when a bound
+    /// is above its budget.
     pub fn from_network(header: Header, weights: &Weights, budgets: &[f64]) -> Result<Self, Error> {
         header.check()?;
         let (network, outputs, costs) = NetworkModel::with_costs(weights)?;
@@ -263,17 +272,19 @@ impl Model {
         &self.terms
     }
 
-    /// What is known to be wrong with the force channels of the rig that the model was learnt on; one per axis.
+    /// What is known to be wrong with the force channels of the rig that the model was learnt on;
+    /// one per axis.
     pub fn corrections(&self) -> &[ForceCorrection; 2] {
         &self.corrections
     }
 
-    /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs [x, ẋ, φ, φ̇] in Q31
-    /// of a joint that has rested until then: effects with memory begin at 0. What effects follow beside the motion is in the middle of
-    /// its range.
+    /// The force on each axis, in units of its [`Output::force_per_lsb`], for the normalised inputs
+    /// [x, ẋ, φ, φ̇] in Q31 of a joint that has rested until then: effects with memory begin
+    /// at 0. What effects follow beside the motion is in the middle of its range.
     ///
-    /// Of a one-axis model the third input is that which its base follows, the last is not read and the second output is 0. Integers
-    /// only, no division, nothing overflows; without effects, no branch on an input.
+    /// Of a one-axis model the third input is that which its base follows, the last is not read and
+    /// the second output is 0. Integers only, no division, nothing overflows; without effects,
+    /// no branch on an input.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
         self.evaluate_by::<Portable>(u)
@@ -288,8 +299,9 @@ impl Model {
         self.step_by::<K>(&mut Memory::default(), u)
     }
 
-    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go on from `memory`, and those that
-    /// follow an input take the one that [`Memory::follow`] was told.
+    /// The force at the next sample of a motion; as [`Self::evaluate`], but effects with memory go
+    /// on from `memory`, and those that follow an input take the one that [`Memory::follow`]
+    /// was told.
     #[inline]
     pub fn step(&self, memory: &mut Memory, u: &[i32; 4]) -> [i32; 2] {
         self.step_by::<Portable>(memory, u)
@@ -318,7 +330,8 @@ impl Model {
     }
 }
 
-/// Refuses a base that follows an input where its axis has none. A device that holds such a model takes the middle of the range for it.
+/// Refuses a base that follows an input where its axis has none. A device that holds such a model
+/// takes the middle of the range for it.
 fn check_input(header: &Header, follows: bool) -> Result<(), Error> {
     let without = header.axes.iter().all(|axis| axis.input.is_none());
     let lacks = f64::from(u8::from(follows && without));

@@ -1,12 +1,15 @@
-//! A network of tanh neurons in integers: up to 40 of them for one axis or two, the same bits on every machine.
+//! A network of tanh neurons in integers: up to 40 of them for one axis or two, the same bits on
+//! every machine.
 //!
-//! T = W2·tanh(W1·P + b1) + b2 (the paper's Eqs. 14 and 15), with the force in newtons folded into W2 and b2.
+//! T = W2·tanh(W1·P + b1) + b2 (the paper's Eqs. 14 and 15), with the force in newtons folded into
+//! W2 and b2.
 //!
-//! Both layers are the same sum: words times Q31 numbers, added up exactly in 64 bits on top of the bias, of which the high
-//! word is the result. The bias brings the half that makes cutting off the low word round. One multiplication with
-//! addition is one instruction on a Cortex-M4 (`SMLAL`), and a neuron has one rounding where a sum of rounded
-//! products would have four. `docs/explanation/numerics.md` derives the scales and the error; [`NetworkModel::check`] proves that no
-//! sum leaves its 64 bits for the words at hand.
+//! Both layers are the same sum: words times Q31 numbers, added up exactly in 64 bits on top of the
+//! bias, of which the high word is the result. The bias brings the half that makes cutting off the
+//! low word round. One multiplication with addition is one instruction on a Cortex-M4 (`SMLAL`),
+//! and a neuron has one rounding where a sum of rounded products would have four.
+//! `docs/explanation/numerics.md` derives the scales and the error; [`NetworkModel::check`] proves
+//! that no sum leaves its 64 bits for the words at hand.
 
 pub use super::stored::Neuron;
 
@@ -22,8 +25,8 @@ pub(crate) const HALF: i64 = 1 << 31;
 
 /// A network in fixed point, for one or two axes.
 ///
-/// With A the scale of an axis, which is any real number, an output weight is stored as 2·A·v and the output's bias as
-/// 2³²·A·b + 2³¹; the force is the output over A.
+/// With A the scale of an axis, which is any real number, an output weight is stored as 2·A·v and
+/// the output's bias as 2³²·A·b + 2³¹; the force is the output over A.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkModel {
     pub(crate) axes: u8,
@@ -55,9 +58,10 @@ impl NetworkModel {
 
     /// The force on each axis, in units of its `force_per_lsb`, for inputs [x, ẋ, φ, φ̇] in Q31.
     ///
-    /// A one-axis network reads [x, ẋ], the third where it follows an input, and leaves the second output at 0. The instructions that run are
-    /// the same for all inputs: no branch depends on one. Nothing overflows and nothing has to be saturated, because
-    /// [`Self::check`] has bounded every sum for all inputs.
+    /// A one-axis network reads [x, ẋ], the third where it follows an input, and leaves the second
+    /// output at 0. The instructions that run are the same for all inputs: no branch depends on
+    /// one. Nothing overflows and nothing has to be saturated, because [`Self::check`] has
+    /// bounded every sum for all inputs.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
         self.evaluate_by::<Portable>(u)
@@ -74,14 +78,16 @@ impl NetworkModel {
         [(first >> 32) as i32, (second >> 32) as i32]
     }
 
-    /// Proves that no input can overflow any sum of the evaluation, and that the rest of the model is what it states.
+    /// Proves that no input can overflow any sum of the evaluation, and that the rest of the model
+    /// is what it states.
     ///
-    /// Inputs and tanh are at most 2³¹ in size, so a sum is at most |bias| + 2³¹·Σ|word|; where that is below 2⁶³, every
-    /// partial sum fits 64 bits and its high word fits 32.
+    /// Inputs and tanh are at most 2³¹ in size, so a sum is at most |bias| + 2³¹·Σ|word|; where
+    /// that is below 2⁶³, every partial sum fits 64 bits and its high word fits 32.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for axes, the number of neurons and a table scale of 0, [`Error::Weight`] for a word of an axis
-    /// that is not there, [`Error::WeightOverflow`] for the sum that could overflow.
+    /// [`Error::OutOfRange`] for axes, the number of neurons and a table scale of 0,
+    /// [`Error::Weight`] for a word of an axis that is not there, [`Error::WeightOverflow`] for
+    /// the sum that could overflow.
     pub fn check(&self) -> Result<(), Error> {
         let mut checks = Checks::new();
         checks.whole("number of axes", i32::from(self.axes), 1, 2);

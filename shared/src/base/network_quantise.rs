@@ -1,8 +1,10 @@
-//! From a network in newtons to one in integers: the scale of each neuron and axis, the stored words, and the bound of the error.
+//! From a network in newtons to one in integers: the scale of each neuron and axis, the stored
+//! words, and the bound of the error.
 //!
-//! A sum of 64 bits has the weights at twice the scale of its result, so the scale is the largest at which neither a word leaves
-//! 32 bits nor the sum 64, for any input. That of an axis may be any real number; that of a neuron is 2³⁷ over a whole
-//! number, the steps of the tanh table. Every neuron has its own, so a steep one does not coarsen the others.
+//! A sum of 64 bits has the weights at twice the scale of its result, so the scale is the largest
+//! at which neither a word leaves 32 bits nor the sum 64, for any input. That of an axis may be any
+//! real number; that of a neuron is 2³⁷ over a whole number, the steps of the tanh table. Every
+//! neuron has its own, so a steep one does not coarsen the others.
 
 use super::axis::MAGNITUDE;
 use super::header::Output;
@@ -20,16 +22,19 @@ const HIGH_WORD: f64 = 4_294_967_296.0;
 const STEPS: f64 = STEPS_PER_UNIT as f64 * HIGH_WORD;
 /// What half a word may reach.
 const WORD_LIMIT: f64 = RAIL / 2.0 - 1.0;
-/// What the result of a sum may reach before roundings: 40 words add at most ½·½ each, the bias and its half less than 2.
+/// What the result of a sum may reach before roundings: 40 words add at most ½·½ each, the bias and
+/// its half less than 2.
 const SUM_LIMIT: f64 = RAIL - 16.0;
 
-/// The largest weight or bias of a neuron: five of them need 2³⁷·5e7/2³¹ = 3.2e9 table steps, which is below 2³².
+/// The largest weight or bias of a neuron: five of them need 2³⁷·5e7/2³¹ = 3.2e9 table steps, which
+/// is below 2³².
 const LARGEST: f64 = 1e7;
 
 /// A network learnt in `f64`, with its outputs in N or N·m for inputs normalised to ±1.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<'a> {
-    /// W1: two or four per neuron, or three of one axis with the input that it follows, the input running fastest; no unit.
+    /// W1: two or four per neuron, or three of one axis with the input that it follows, the input
+    /// running fastest; no unit.
     pub hidden: &'a [f64],
     /// b1: one per neuron; no unit.
     pub hidden_bias: &'a [f64],
@@ -63,13 +68,15 @@ struct Argument {
 }
 
 impl NetworkModel {
-    /// Brings a network in N or N·m to fixed point, and says what one unit of each output is and how far off it may be.
+    /// Brings a network in N or N·m to fixed point, and says what one unit of each output is and
+    /// how far off it may be.
     ///
     /// An axis whose weights and bias are all 0 gets the unit 1.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for the number of axes or neurons, a bias or a sum of weights, [`Error::WeightCount`], and
-    /// [`Error::Weight`] for the first that is not a number or too large.
+    /// [`Error::OutOfRange`] for the number of axes or neurons, a bias or a sum of weights,
+    /// [`Error::WeightCount`], and [`Error::Weight`] for the first that is not a number or too
+    /// large.
     pub fn quantise(weights: &Weights) -> Result<(Self, Vec<Output, 2>), Error> {
         Self::with_costs(weights).map(|(model, outputs, _)| (model, outputs))
     }
@@ -163,17 +170,20 @@ impl NetworkModel {
         }
         let output = Output {
             force_per_lsb: 1.0 / scale,
-            // These differences of f64 are themselves off by 2⁻⁵² of a weight or bias, the bound is above 2⁻³².
+            // These differences of f64 are themselves off by 2⁻⁵² of a weight or bias, the bound is
+            // above 2⁻³².
             error_bound: error_bound * (1.0 + 1e-5),
         };
         Ok((output, dominant))
     }
 
-    /// The largest difference between an output and the real network of the stored words, in units of the output.
+    /// The largest difference between an output and the real network of the stored words, in units
+    /// of the output.
     ///
-    /// It holds for every real input in [−1, 1], rounded to Q31 on the way in. The causes: that rounding, in which 1.0 becomes
-    /// 1 − 2⁻³¹; half a unit of every argument; the table; and half a unit of the output. The rounding of weights and biases to
-    /// words is not in it; [`Output::error_bound`] has both.
+    /// It holds for every real input in [−1, 1], rounded to Q31 on the way in. The causes: that
+    /// rounding, in which 1.0 becomes 1 − 2⁻³¹; half a unit of every argument; the table; and
+    /// half a unit of the output. The rounding of weights and biases to words is not in it;
+    /// [`Output::error_bound`] has both.
     pub fn error_bound_lsb(&self, axis: usize) -> f64 {
         let of_neuron = |neuron: &Neuron| {
             let word = neuron.outputs.get(axis).map_or(0, |w| w.unsigned_abs());
@@ -184,7 +194,8 @@ impl NetworkModel {
 }
 
 impl Neuron {
-    /// The largest difference between the neuron's tanh and the real one of the stored words, for real inputs in [−1, 1].
+    /// The largest difference between the neuron's tanh and the real one of the stored words, for
+    /// real inputs in [−1, 1].
     fn error(&self) -> f64 {
         let scale = STEPS / f64::from(self.steps);
         let sizes: f64 = self
@@ -192,7 +203,8 @@ impl Neuron {
             .iter()
             .map(|w| f64::from(w.unsigned_abs()))
             .sum();
-        // An input is off by at most 2⁻³¹, of which most is 1.0 becoming 1 − 2⁻³¹; the slope of tanh is at most 1.
+        // An input is off by at most 2⁻³¹, of which most is 1.0 becoming 1 − 2⁻³¹; the slope of
+        // tanh is at most 1.
         (0.5 * sizes / RAIL + 0.5) / scale + MAX_ERROR
     }
 }
@@ -264,7 +276,8 @@ fn neuron(number: u8, inputs: &[f64], bias: f64) -> Result<(Neuron, Argument), E
     Ok((neuron, Argument { moved, reach }))
 }
 
-/// The largest scale of a sum of `sum` in size whose largest word is `largest`; infinite for a sum of zeros.
+/// The largest scale of a sum of `sum` in size whose largest word is `largest`; infinite for a sum
+/// of zeros.
 fn largest_scale(sum: f64, largest: f64) -> f64 {
     (SUM_LIMIT / sum).min(WORD_LIMIT / largest)
 }

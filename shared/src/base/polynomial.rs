@@ -1,12 +1,16 @@
-//! The paper's polynomial in integers: up to 256 terms per axis, both axes at once, the same bits on every machine.
+//! The paper's polynomial in integers: up to 256 terms per axis, both axes at once, the same bits
+//! on every machine.
 //!
-//! r = Σ a_ijkl · x^i · ẋ^j · φ^k · φ̇^l with i, j, k, l from 0 to 3 (the paper's Eqs. 10–13); for one axis r = Σ a_ij · x^i · ẋ^j.
+//! r = Σ a_ijkl · x^i · ẋ^j · φ^k · φ̇^l with i, j, k, l from 0 to 3 (the paper's Eqs. 10–13); for
+//! one axis r = Σ a_ij · x^i · ẋ^j.
 //!
-//! The terms lie in 16 blocks, one for each x^i·ẋ^j. Within a block four rows, one per power of φ, are summed over the
-//! powers of φ̇, and the four row sums over the powers of φ, each product one rounded high-word multiplication
-//! ([`mul_high_add`]). The block sums times x^i·ẋ^j times the block's gain are then added up in 64 bits and rounded once.
-//! The gain lets a block of small coefficients use all 32 bits beside a block of large ones. `docs/explanation/numerics.md` derives
-//! the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for the words at hand.
+//! The terms lie in 16 blocks, one for each x^i·ẋ^j. Within a block four rows, one per power of φ,
+//! are summed over the powers of φ̇, and the four row sums over the powers of φ, each product one
+//! rounded high-word multiplication ([`mul_high_add`]). The block sums times x^i·ẋ^j times the
+//! block's gain are then added up in 64 bits and rounded once. The gain lets a block of small
+//! coefficients use all 32 bits beside a block of large ones. `docs/explanation/numerics.md`
+//! derives the scales, the bounds and the error; [`PolynomialModel::check`] proves the bounds for
+//! the words at hand.
 
 pub use super::stored::{BLOCKS, Block, Blocks};
 
@@ -16,16 +20,17 @@ use crate::scalar::fixed::{mul_high_add, q31_powers};
 
 /// The largest output shift; beyond it the 64-bit sum would overflow first.
 pub const MAX_OUTPUT_SHIFT: u8 = 3;
-/// The binary places of the 64-bit sum beyond those of the block sums: 30 of the monomial and 31 of the gain, less the
-/// 32 that their product loses.
+/// The binary places of the 64-bit sum beyond those of the block sums: 30 of the monomial and 31 of
+/// the gain, less the 32 that their product loses.
 pub const SUM_PLACES: u32 = 29;
 
 /// A polynomial in fixed point, for one or two axes.
 ///
-/// With A the scale of a block, which is any real number, the stored words are the coefficients times A when both k and
-/// l are 0, times 2·A when one of them is, times 4·A otherwise, because every multiplication by a Q31 number halves
-/// the scale. A times the gain is the same number G for all blocks of an axis, and the output is the force times
-/// G/2^shift. One axis has one block, and the output is the force times A; where it follows an input as well, a block for each power
+/// With A the scale of a block, which is any real number, the stored words are the coefficients
+/// times A when both k and l are 0, times 2·A when one of them is, times 4·A otherwise, because
+/// every multiplication by a Q31 number halves the scale. A times the gain is the same number G for
+/// all blocks of an axis, and the output is the force times G/2^shift. One axis has one block, and
+/// the output is the force times A; where it follows an input as well, a block for each power
 /// of that, which stand as those of the powers of x do for two axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PolynomialModel {
@@ -79,8 +84,9 @@ impl PolynomialModel {
 
     /// The force on each axis, in units of its `force_per_lsb`, for inputs [x, ẋ, φ, φ̇] in Q31.
     ///
-    /// A one-axis polynomial reads [x, ẋ], the third where it follows an input, and leaves the second output at 0. The instructions that run
-    /// are the same for all inputs: no branch depends on one. Nothing overflows and nothing has to be saturated,
+    /// A one-axis polynomial reads [x, ẋ], the third where it follows an input, and leaves the
+    /// second output at 0. The instructions that run are the same for all inputs: no branch
+    /// depends on one. Nothing overflows and nothing has to be saturated,
     /// because [`Self::check`] has bounded every sum for all inputs.
     #[inline]
     pub fn evaluate(&self, u: &[i32; 4]) -> [i32; 2] {
@@ -110,14 +116,17 @@ impl PolynomialModel {
         ]
     }
 
-    /// Proves that no input can overflow any sum of the evaluation, and that the rest of the model is what it states.
+    /// Proves that no input can overflow any sum of the evaluation, and that the rest of the model
+    /// is what it states.
     ///
-    /// With |factor| ≤ 2³¹ a rounded high-word product is at most ⌊(|word| + 1)/2⌋ in size, and with |monomial| ≤ 2³⁰
-    /// its product with a gain is at most ⌊(gain + 2)/4⌋; so the sizes of the stored words bound everything.
+    /// With |factor| ≤ 2³¹ a rounded high-word product is at most ⌊(|word| + 1)/2⌋ in size, and
+    /// with |monomial| ≤ 2³⁰ its product with a gain is at most ⌊(gain + 2)/4⌋; so the sizes of
+    /// the stored words bound everything.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for axes, orders and shifts, [`Error::Coefficient`] for a word outside the orders or
-    /// the axes or for a block with a gain that is not its, [`Error::Overflow`] for the sum that could overflow.
+    /// [`Error::OutOfRange`] for axes, orders and shifts, [`Error::Coefficient`] for a word outside
+    /// the orders or the axes or for a block with a gain that is not its, [`Error::Overflow`]
+    /// for the sum that could overflow.
     pub fn check(&self) -> Result<(), Error> {
         let mut checks = Checks::new();
         checks.whole("number of axes", i32::from(self.axes), 1, 2);
@@ -219,12 +228,14 @@ fn bound_of_sum(&[first, a, b, c]: &[u64; 4]) -> u64 {
     first + a.div_ceil(2) + b.div_ceil(2) + c.div_ceil(2)
 }
 
-/// The sum of an axis, rounded half up to the places of its output: `round_shift(sum, SUM_PLACES + shift)`.
+/// The sum of an axis, rounded half up to the places of its output: `round_shift(sum, SUM_PLACES +
+/// shift)`.
 ///
 /// Written in 32-bit halves: a 64-bit shift by a variable costs three times as many instructions.
 #[inline(always)]
 fn output(sum: i64, shift: u8) -> i32 {
-    // The output is the high word of the sum shifted up by 0 to 3 places, which `check` has proven to fit.
+    // The output is the high word of the sum shifted up by 0 to 3 places, which `check` has proven
+    // to fit.
     let up = u32::from(MAX_OUTPUT_SHIFT - shift);
     let (high, low) = ((sum >> 32) as i32, sum as u32);
     let carried = (low >> 1) >> (31 - up);

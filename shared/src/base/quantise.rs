@@ -1,8 +1,10 @@
-//! From a polynomial in newtons to one in integers: the scale of each axis, the stored words, and the bound of the error.
+//! From a polynomial in newtons to one in integers: the scale of each axis, the stored words, and
+//! the bound of the error.
 //!
-//! The scales are any real numbers, so each is set to the largest value at which no stored word, no row, no block and no
-//! sum of blocks can leave its integer: the tightest of these is met with a margin of 2⁻²², where powers of two would
-//! lose up to one bit. `docs/explanation/numerics.md` derives the conditions and the terms of the error bound.
+//! The scales are any real numbers, so each is set to the largest value at which no stored word, no
+//! row, no block and no sum of blocks can leave its integer: the tightest of these is met with a
+//! margin of 2⁻²², where powers of two would lose up to one bit. `docs/explanation/numerics.md`
+//! derives the conditions and the terms of the error bound.
 
 use super::axis::MAGNITUDE;
 use super::header::Output;
@@ -15,8 +17,8 @@ use heapless::Vec;
 const RAIL: f64 = 2_147_483_648.0;
 /// What a word, a row or a block may reach before roundings, which add at most 8.4 to a block.
 const BLOCK_LIMIT: f64 = RAIL - 512.0;
-/// What the sum of the blocks may reach per unit of 2^shift; 16 blocks add at most 135 by rounding, and the weights of
-/// 2²⁹ add at most 16·4.
+/// What the sum of the blocks may reach per unit of 2^shift; 16 blocks add at most 135 by rounding,
+/// and the weights of 2²⁹ add at most 16·4.
 const TOTAL_LIMIT: f64 = RAIL - 256.0;
 /// The largest gain. Gains are multiples of 4, so that the product with the monomial 1 is exact.
 const MAX_GAIN: i32 = i32::MAX - 3;
@@ -25,16 +27,18 @@ const MAX_GAIN: i32 = i32::MAX - 3;
 type Coefficients = [[f64; 16]; BLOCKS];
 
 impl PolynomialModel {
-    /// Brings coefficients in N or N·m to fixed point, and says what one unit of each output is and how far off it may be.
+    /// Brings coefficients in N or N·m to fixed point, and says what one unit of each output is and
+    /// how far off it may be.
     ///
-    /// `orders` has two entries per axis, 0 to 3 each, and of one axis a third for the input that it follows, if any; `coefficients` has one slice per axis of
-    /// (m+1)(n+1)(o+1)(p+1) values for inputs normalised to ±1, the last input's exponent running fastest. An axis
+    /// `orders` has two entries per axis, 0 to 3 each, and of one axis a third for the input that
+    /// it follows, if any; `coefficients` has one slice per axis of (m+1)(n+1)(o+1)(p+1) values
+    /// for inputs normalised to ±1, the last input's exponent running fastest. An axis
     /// whose coefficients are all 0 gets the unit 1.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] for the number of axes or an order, [`Error::CoefficientCount`], and
-    /// [`Error::Coefficient`] for the first that is not a number, is larger than 1e60, or, when all others are
-    /// smaller still, is smaller than 1e-50.
+    /// [`Error::Coefficient`] for the first that is not a number, is larger than 1e60, or, when all
+    /// others are smaller still, is smaller than 1e-50.
     pub fn quantise(
         orders: &[u8],
         coefficients: &[&[f64]],
@@ -150,13 +154,15 @@ impl PolynomialModel {
         Ok(blocks)
     }
 
-    /// The largest difference between an output and the real polynomial of the stored words, in units of the output.
+    /// The largest difference between an output and the real polynomial of the stored words, in
+    /// units of the output.
     ///
-    /// It holds for every real input in [−1, 1], rounded to Q31 on the way in. The causes: a power of degree n is off by
-    /// at most n·2⁻³¹, of which the largest part is 1.0 becoming 1 − 2⁻³¹; a monomial of the outer inputs by 2⁻³¹ more,
-    /// and by 2⁻³⁰ of the largest weight after the gain; every product of a word or row that is not 0 is rounded by at
-    /// most half a unit; and so is the output. The rounding of the coefficients to words is not in it;
-    /// [`Output::error_bound`] has both.
+    /// It holds for every real input in [−1, 1], rounded to Q31 on the way in. The causes: a power
+    /// of degree n is off by at most n·2⁻³¹, of which the largest part is 1.0 becoming 1 −
+    /// 2⁻³¹; a monomial of the outer inputs by 2⁻³¹ more, and by 2⁻³⁰ of the largest weight
+    /// after the gain; every product of a word or row that is not 0 is rounded by at
+    /// most half a unit; and so is the output. The rounding of the coefficients to words is not in
+    /// it; [`Output::error_bound`] has both.
     pub fn error_bound_lsb(&self, axis: usize) -> f64 {
         let mut bound = 0.0;
         for (number, block) in self.blocks.get(axis).into_iter().flatten().enumerate() {
@@ -167,7 +173,8 @@ impl PolynomialModel {
             };
             let mut error = block_rounding(&block.words);
             for (place, &word) in block.words.iter().enumerate() {
-                // Both 0 for the monomial 1, which is exact, and for one block alone, which has no monomials.
+                // Both 0 for the monomial 1, which is exact, and for one block alone, which has no
+                // monomials.
                 let (outer, weight) = if number > 0 { (1.0, 2.0) } else { (0.0, 0.0) };
                 let degree = self.exponents(number, place).iter().sum::<u8>();
                 let value = f64::from(word.unsigned_abs()) / factor(place);
@@ -184,7 +191,8 @@ impl PolynomialModel {
     }
 }
 
-/// By how much the scale of a stored word is above that of its block: 1 for k = l = 0, 2 when one of them is 0, else 4.
+/// By how much the scale of a stored word is above that of its block: 1 for k = l = 0, 2 when one
+/// of them is 0, else 4.
 fn factor(word: usize) -> f64 {
     match (word / 4, word % 4) {
         (0, 0) => 1.0,
@@ -193,7 +201,8 @@ fn factor(word: usize) -> f64 {
     }
 }
 
-/// The largest error of one block sum by rounding, in its own units: half a unit per product that is not 0.
+/// The largest error of one block sum by rounding, in its own units: half a unit per product that
+/// is not 0.
 fn block_rounding(words: &[i32; 16]) -> f64 {
     let (rows, _) = words.as_chunks::<4>();
     let mut error = 0.0;
@@ -209,9 +218,11 @@ fn block_rounding(words: &[i32; 16]) -> f64 {
     error
 }
 
-/// The largest scale A that keeps every word, every row and the sum of a block in 32 bits; infinite for a block of zeros.
+/// The largest scale A that keeps every word, every row and the sum of a block in 32 bits; infinite
+/// for a block of zeros.
 fn largest_scale(block: &[f64; 16]) -> f64 {
-    // Each demand is what would stand in its integer for A = 1, so A is the limit over the largest of them.
+    // Each demand is what would stand in its integer for A = 1, so A is the limit over the largest
+    // of them.
     let mut demand = 0.0_f64;
     let mut sum = 0.0;
     let (rows, _) = block.as_chunks::<4>();
@@ -226,7 +237,8 @@ fn largest_scale(block: &[f64; 16]) -> f64 {
     BLOCK_LIMIT / demand.max(sum)
 }
 
-/// The largest scale G of an axis: no block's scale times a gain below 1 is less, and the 64-bit sum cannot overflow.
+/// The largest scale G of an axis: no block's scale times a gain below 1 is less, and the 64-bit
+/// sum cannot overflow.
 fn common_scale(limits: &[f64; BLOCKS], total: f64, alone: bool) -> f64 {
     let smallest = limits.iter().fold(f64::INFINITY, |a, &b| a.min(b));
     if total == 0.0 {
@@ -239,10 +251,12 @@ fn common_scale(limits: &[f64; BLOCKS], total: f64, alone: bool) -> f64 {
     }
 }
 
-/// The gain of a block that could do with `least`, a number from 0 to 1: the geometric mean of that and 1.
+/// The gain of a block that could do with `least`, a number from 0 to 1: the geometric mean of that
+/// and 1.
 ///
-/// With the least gain the block uses all 32 bits and its roundings hardly count, but the rounding of its weight does,
-/// in proportion to least/gain; with the gain 1 it is the other way round. The geometric mean makes both equal and small.
+/// With the least gain the block uses all 32 bits and its roundings hardly count, but the rounding
+/// of its weight does, in proportion to least/gain; with the gain 1 it is the other way round. The
+/// geometric mean makes both equal and small.
 fn gain(least: f64) -> i32 {
     let product = (least * RAIL) as u64 * (1 << 31);
     if least == 0.0 {

@@ -1,33 +1,39 @@
-//! The hyperbolic tangent in integers: a cubic in every 32nd of the argument, from a table made by the compiler.
+//! The hyperbolic tangent in integers: a cubic in every 32nd of the argument, from a table made by
+//! the compiler.
 //!
-//! A neuron's output and the smooth switch of a friction law are both tanh(z). Here |z| is split into the nearest
-//! node k/32 and the rest s, from −½ to ½ of a step, and
+//! A neuron's output and the smooth switch of a friction law are both tanh(z). Here |z| is split
+//! into the nearest node k/32 and the rest s, from −½ to ½ of a step, and
 //!
 //! tanh |z| ≈ (c₀ + c₁·s) + s²·(c₂ + c₃·s), with the sign of z put back at the end.
 //!
 //! In this order two coefficients at a time are needed at once, and loaded by one instruction.
 //!
-//! Each row of four is the cubic through tanh at the four Chebyshev points of its step, which spreads the error evenly over
-//! the step. From the node 12 on, where 1 − tanh is less than a sixth of a unit of Q31, the result is flat at 1 − 2⁻³¹.
+//! Each row of four is the cubic through tanh at the four Chebyshev points of its step, which
+//! spreads the error evenly over the step. From the node 12 on, where 1 − tanh is less than a sixth
+//! of a unit of Q31, the result is flat at 1 − 2⁻³¹.
 //!
 //! | | over | maximum | RMS |
 //! |---|---|---|---|
 //! | error of [`tanh`] | all arguments, −16 to 16 | 2.0e-9 | 3.4e-10 |
 //!
-//! With half as many steps the error would be ten times larger, and trained networks, whose neurons largely cancel, with output
-//! weights of hundreds of times the force, would show it; twice as many would leave the rounding of the coefficients.
+//! With half as many steps the error would be ten times larger, and trained networks, whose neurons
+//! largely cancel, with output weights of hundreds of times the force, would show it; twice as many
+//! would leave the rounding of the coefficients.
 //!
-//! It is odd to the bit and 0 at 0. Where one step ends and the next begins it may jump by twice the maximum error, so it
-//! is monotone to 4.5e-9 and not beyond. A loop over all 2¹⁶ high halves of the argument holds these figures:
-//! `cargo test --release -p jointwatch-shared tanh -- --nocapture`.
+//! It is odd to the bit and 0 at 0. Where one step ends and the next begins it may jump by twice
+//! the maximum error, so it is monotone to 4.5e-9 and not beyond. A loop over all 2¹⁶ high halves
+//! of the argument holds these figures: `cargo test --release -p jointwatch-shared tanh --
+//! --nocapture`.
 
 use crate::scalar::fixed::{mul_high_add, round_to_i64, saturate};
 
 /// Steps of the table per unit of the argument.
 pub const STEPS_PER_UNIT: u32 = 32;
-/// The most by which [`tanh`] and [`tanh_scaled`] differ from tanh of the argument that their integer stands for.
+/// The most by which [`tanh`] and [`tanh_scaled`] differ from tanh of the argument that their
+/// integer stands for.
 ///
-/// The cubic accounts for d⁴/192·max|tanh⁗| = 1.27e-9 with d = 1/64, rounding its coefficients and products for 9.6e-10.
+/// The cubic accounts for d⁴/192·max|tanh⁗| = 1.27e-9 with d = 1/64, rounding its coefficients and
+/// products for 9.6e-10.
 pub const MAX_ERROR: f64 = 2.25e-9;
 
 /// 2³¹.
@@ -44,7 +50,8 @@ const FLAT: Row = Row([i32::MAX, 0, 0, 0]);
 #[repr(C, align(8))]
 pub struct Row([i32; 4]);
 
-/// tanh of an argument in Q27, which holds −16 to 16 − 2⁻²⁷; the result is in Q31, from −(1 − 2⁻³¹) to 1 − 2⁻³¹.
+/// tanh of an argument in Q27, which holds −16 to 16 − 2⁻²⁷; the result is in Q31, from −(1 − 2⁻³¹)
+/// to 1 − 2⁻³¹.
 ///
 /// No branch on the value, no division, and no argument that panics. Off by at most [`MAX_ERROR`].
 ///
@@ -61,13 +68,15 @@ pub fn tanh(x: i32) -> i32 {
     tanh_scaled(x, STEPS_PER_UNIT << (32 - PLACES))
 }
 
-/// tanh of an argument at any scale: one unit of `x` is `steps`·2⁻³² steps of the table, or `steps`·2⁻³⁷.
+/// tanh of an argument at any scale: one unit of `x` is `steps`·2⁻³² steps of the table, or
+/// `steps`·2⁻³⁷.
 ///
-/// The scale may be so coarse that most of `x` lies beyond the table, and every value there gives ±(1 − 2⁻³¹). Otherwise
-/// as [`tanh`].
+/// The scale may be so coarse that most of `x` lies beyond the table, and every value there gives
+/// ±(1 − 2⁻³¹). Otherwise as [`tanh`].
 #[inline(always)]
 pub fn tanh_scaled(x: i32, steps: u32) -> i32 {
-    // All ones for a negative argument: two's complement by hand, because a branch could take longer.
+    // All ones for a negative argument: two's complement by hand, because a branch could take
+    // longer.
     let sign = x >> 31;
     let size = (x ^ sign) as u32 + (x as u32 >> 31);
     // Below 2³¹·2³²: the high word is the step, the low word where in the step, in 2⁻³².
@@ -91,7 +100,8 @@ const fn table() -> [Row; LAST as usize + 1] {
     let mut node = 0;
     while node < rows.len() {
         let [c0, c1, c2, c3] = cubic(node as f64);
-        // The rounded products add at most a unit each; where nothing is multiplied nothing is rounded.
+        // The rounded products add at most a unit each; where nothing is multiplied nothing is
+        // rounded.
         let products =
             (c1.unsigned_abs() / 2 + c2.unsigned_abs() / 4 + c3.unsigned_abs() / 8) as i64;
         let flat = c1 == 0 && c2 == 0 && c3 == 0;
@@ -102,7 +112,8 @@ const fn table() -> [Row; LAST as usize + 1] {
     rows
 }
 
-/// The cubic through tanh at the four Chebyshev points ±½·cos(π/8), ±½·cos(3π/8) around a node, in Q31.
+/// The cubic through tanh at the four Chebyshev points ±½·cos(π/8), ±½·cos(3π/8) around a node, in
+/// Q31.
 const fn cubic(node: f64) -> [i32; 4] {
     // ¼·cos² of the two angles: (2 ± √2)/16.
     let root = square_root(2.0);
@@ -132,7 +143,8 @@ const fn q31(x: f64) -> i32 {
     saturate(round_to_i64(x * RAIL)).0
 }
 
-/// tanh x = (1 − e^−2x)/(1 + e^−2x), to a few units of the last place of 1; for arguments of the table, −1/64 to 12 + 1/64.
+/// tanh x = (1 − e^−2x)/(1 + e^−2x), to a few units of the last place of 1; for arguments of the
+/// table, −1/64 to 12 + 1/64.
 const fn real_tanh(x: f64) -> f64 {
     // The series of e^(y/64), |y/64| < 0.4, squared six times; its 20th term is below 1e-26.
     let y = -2.0 * x / 64.0;
@@ -150,7 +162,8 @@ const fn real_tanh(x: f64) -> f64 {
     (1.0 - power) / (1.0 + power)
 }
 
-/// The square root of a number between 0.03 and 2, by Newton's rule from 1: six steps reach 1e-16, ten are taken.
+/// The square root of a number between 0.03 and 2, by Newton's rule from 1: six steps reach 1e-16,
+/// ten are taken.
 const fn square_root(x: f64) -> f64 {
     let mut root = 1.0;
     let mut steps = 0;

@@ -1,7 +1,9 @@
-//! The physical effects of a model on the device: their parameters as machine numbers, and their sum along a motion.
+//! The physical effects of a model on the device: their parameters as machine numbers, and their
+//! sum along a motion.
 //!
-//! Quantities are relative to the training range: displacement and velocity to half its width, the force of an axis to
-//! the full scale of its output (2³¹ of its force unit), time to the sample period.
+//! Quantities are relative to the training range: displacement and velocity to half its width, the
+//! force of an axis to the full scale of its output (2³¹ of its force unit), time to the sample
+//! period.
 
 #[cfg(feature = "fit")]
 pub use super::terms_quantise::EffectValues;
@@ -14,7 +16,8 @@ use crate::scalar::q::Q;
 use core::mem::swap;
 use heapless::Vec;
 
-/// The largest origin of an input, in 2⁻³²: 2²⁸ times half the input's range. Sums and differences of inputs then stay far from 2⁶³.
+/// The largest origin of an input, in 2⁻³²: 2²⁸ times half the input's range. Sums and differences
+/// of inputs then stay far from 2⁶³.
 const MAX_ORIGIN: u64 = 1 << 60;
 
 /// The most effects that a model holds on the device.
@@ -121,8 +124,9 @@ impl Term {
     /// Puts an effect together from its stored numbers, and checks that it belongs where it is.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`] for a tag that is not known, a number
-    /// where the effect has no parameter, an input that an effect on both axes follows, and a square of none.
+    /// [`Error::OutOfRange`] for an axis that the model or the effect has not; [`Error::Effect`]
+    /// for a tag that is not known, a number where the effect has no parameter, an input that
+    /// an effect on both axes follows, and a square of none.
     pub fn new(stored: &StoredTerm, axes: usize) -> Result<Self, Error> {
         let StoredTerm {
             tag,
@@ -174,8 +178,8 @@ impl Term {
         usize::from(self.axis)
     }
 
-    /// By what share of the way a factor of its force goes to the input of its axis at every sample, 1 without a lag; `None` for an
-    /// effect of the motion alone.
+    /// By what share of the way a factor of its force goes to the input of its axis at every
+    /// sample, 1 without a lag; `None` for an effect of the motion alone.
     pub fn follows(&self) -> Option<Q> {
         (self.follows != 0).then(|| Q::from_raw(i64::from(self.follows) + 1))
     }
@@ -200,10 +204,12 @@ impl Terms {
         follows: false,
     };
 
-    /// The effects of a model of so many axes, with the origins of its states and of what effects follow, as they are stored.
+    /// The effects of a model of so many axes, with the origins of its states and of what effects
+    /// follow, as they are stored.
     ///
     /// # Errors
-    /// As [`Term::new`]; [`Error::OutOfRange`] when there are more than [`MAX_TERMS`], and for an origin without effects.
+    /// As [`Term::new`]; [`Error::OutOfRange`] when there are more than [`MAX_TERMS`], and for an
+    /// origin without effects.
     pub fn stored(
         axes: usize,
         terms: impl IntoIterator<Item = StoredTerm>,
@@ -237,7 +243,8 @@ impl Terms {
         })
     }
 
-    /// Center of each input's range over half its width: what is added to a normalised input to make it relative; 0 without effects.
+    /// Center of each input's range over half its width: what is added to a normalised input to
+    /// make it relative; 0 without effects.
     pub fn origins(&self) -> [Q; 4] {
         self.origins
     }
@@ -252,8 +259,8 @@ impl Terms {
         &self.list
     }
 
-    /// The sum of all effects on each axis, relative to the full scale of its output, for the normalised states of one
-    /// sample in Q31; brings `memory` to that sample.
+    /// The sum of all effects on each axis, relative to the full scale of its output, for the
+    /// normalised states of one sample in Q31; brings `memory` to that sample.
     #[inline]
     pub fn forces(&self, memory: &mut Memory, u: &[i32; 4]) -> [Q; 2] {
         // Where no effect follows an input, none is asked at every sample.
@@ -298,7 +305,8 @@ impl Terms {
         }
         (at.displacement, at.velocity, at.step) = (x, v, step);
         (at.other_displacement, at.other_velocity) = (phi, omega);
-        // Turned round for an effect on the second axis and back again: most models have effects on one.
+        // Turned round for an effect on the second axis and back again: most models have effects on
+        // one.
         let mut turned = false;
         for (number, (term, states)) in self.list.iter().zip(states).enumerate() {
             if (term.axis != 0) != turned {
@@ -342,7 +350,8 @@ fn turn(at: &mut Kinematics<Q>, other_step: &mut Q, forces: &mut [Q; 2]) {
     forces.reverse();
 }
 
-/// Refuses an effect that the device does not evaluate, and an axis that the model or the effect has not.
+/// Refuses an effect that the device does not evaluate, and an axis that the model or the effect
+/// has not.
 pub(super) fn check_place(entry: &Entry, axis: u8, axes: usize) -> Result<(), Error> {
     let fault = match entry.subsystem {
         Subsystem::Plant => None,

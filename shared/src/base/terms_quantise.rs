@@ -23,7 +23,8 @@ pub struct EffectValues {
     pub entry: &'static Entry,
     /// The axis that it is bound to, from 0.
     pub axis: u8,
-    /// The input that its force is proportional to, with its power and lag ([`Follows`]); none for an effect of the motion alone.
+    /// The input that its force is proportional to, with its power and lag ([`Follows`]); none for
+    /// an effect of the motion alone.
     pub input: Option<&'static str>,
     /// Its parameters in SI, in the order in which the effect lists them.
     pub values: Vec<f64>,
@@ -66,7 +67,8 @@ impl EffectValues {
         Some((range?, follows.squared))
     }
 
-    /// Bounds of the forces on the own and the other axis over all motions and inputs inside the training range.
+    /// Bounds of the forces on the own and the other axis over all motions and inputs inside the
+    /// training range.
     fn bounds(&self, header: &Header, references: &References) -> [Interval; 2] {
         let [own, other] = self.law_bounds(header, references);
         let follows = self.input.map(Follows::parse);
@@ -77,7 +79,8 @@ impl EffectValues {
         let input = input(range, range.half_range);
         let mut lagged = input;
         if share < 1.0 {
-            // A rounding of half a unit at every sample, and a share that is off by as much, gather to so many times themselves.
+            // A rounding of half a unit at every sample, and a share that is off by as much, gather
+            // to so many times themselves.
             lagged.error += (0.5 + input.magnitude()) * UNIT / share;
         }
         let linear = own * lagged;
@@ -121,8 +124,8 @@ impl EffectValues {
         if self.entry.state_bounds.is_empty() {
             return forces;
         }
-        // The errors are those of a joint at rest, whose states hold what has gathered so far: what a moving sample adds
-        // besides it also takes back.
+        // The errors are those of a joint at rest, whose states hold what has gathered so far: what
+        // a moving sample adds besides it also takes back.
         let rest = Kinematics {
             step: Interval::range(0.0, 0.0, at.step.error),
             ..at
@@ -138,7 +141,8 @@ impl EffectValues {
             ErrorPropagation::Within(times) => f64::from(times) * added,
             ErrorPropagation::WithTime => {
                 let kept = after(added).1 / added - 1.0;
-                // A share that is not below 1 leaves the error without a bound, and the effect is refused.
+                // A share that is not below 1 leaves the error without a bound, and the effect is
+                // refused.
                 if kept < 1.0 {
                     added / (1.0 - kept)
                 } else {
@@ -175,7 +179,8 @@ impl EffectValues {
 
 /// All values that a normalised input takes inside its training range, relative to `scale`.
 fn input(range: &InputRange, scale: f64) -> Interval {
-    // A Q31 input is off by half a unit, at its upper edge by a whole one; the origin by half a Q unit.
+    // A Q31 input is off by half a unit, at its upper edge by a whole one; the origin by half a Q
+    // unit.
     let scale = range.half_range / scale;
     Interval::range(
         scale * (range.center / range.half_range - 1.0),
@@ -184,8 +189,9 @@ fn input(range: &InputRange, scale: f64) -> Interval {
     )
 }
 
-/// What the parameters of a term on axis `own` are relative to. The force of one that follows an input is per unit of that, or of its square,
-/// and the law is multiplied by the input relative to half its range.
+/// What the parameters of a term on axis `own` are relative to. The force of one that follows an
+/// input is per unit of that, or of its square, and the law is multiplied by the input relative to
+/// half its range.
 fn references(
     header: &Header,
     full_scale: [f64; 2],
@@ -230,7 +236,8 @@ fn origins(header: &Header) -> [Q; 4] {
 }
 
 impl Terms {
-    /// The largest force of the effects on each axis over all motions inside the training range, N or N·m.
+    /// The largest force of the effects on each axis over all motions inside the training range, N
+    /// or N·m.
     pub fn largest_forces(header: &Header, terms: &[EffectValues]) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for term in terms {
@@ -244,11 +251,13 @@ impl Terms {
         sums
     }
 
-    /// Brings effects to machine numbers; also gives the bound of |device − f64| per axis in N or N·m, for effects
-    /// with memory with what their states gather over any number of samples ([`ErrorPropagation`]).
+    /// Brings effects to machine numbers; also gives the bound of |device − f64| per axis in N or
+    /// N·m, for effects with memory with what their states gather over any number of samples
+    /// ([`ErrorPropagation`]).
     ///
     /// # Errors
-    /// As [`Terms::stored`]; [`Error::Effect`] when a number on the way could leave the device's range.
+    /// As [`Terms::stored`]; [`Error::Effect`] when a number on the way could leave the device's
+    /// range.
     pub fn quantise(
         header: &Header,
         force_per_lsb: [f64; 2],

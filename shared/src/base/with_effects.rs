@@ -6,16 +6,19 @@ use super::{Base, Header, MAX_BASE_SHIFT, Model, Output};
 use crate::fault::Error;
 use heapless::Vec;
 
-/// The effects alone may reach this part of the full scale: the measured force beside them has noise and peaks.
+/// The effects alone may reach this part of the full scale: the measured force beside them has
+/// noise and peaks.
 const ROOM: f64 = 0.125;
 
 impl Model {
     /// A model whose force is that of effects alone, on as many axes as the header has.
     ///
-    /// `budgets` is the largest error bound allowed per axis, in N or N·m; `f64::INFINITY` allows any.
+    /// `budgets` is the largest error bound allowed per axis, in N or N·m; `f64::INFINITY` allows
+    /// any.
     ///
     /// # Errors
-    /// As [`Terms::quantise`] and [`Header::check`]; [`Error::EffectBudget`] when a bound is above its budget.
+    /// As [`Terms::quantise`] and [`Header::check`]; [`Error::EffectBudget`] when a bound is above
+    /// its budget.
     pub fn from_effects(
         header: Header,
         terms: &[EffectValues],
@@ -42,7 +45,8 @@ impl Model {
     /// This model with effects added to its base.
     ///
     /// # Errors
-    /// As [`Model::from_effects`]; [`Error::OutOfRange`] when the effects are more than 2¹⁴ times the base.
+    /// As [`Model::from_effects`]; [`Error::OutOfRange`] when the effects are more than 2¹⁴ times
+    /// the base.
     pub fn adding_effects(
         mut self,
         terms: &[EffectValues],

@@ -1,4 +1,5 @@
-//! One axis of the chain: SI values into machine numbers once, then positions, velocities and the measured force in them.
+//! One axis of the chain: SI values into machine numbers once, then positions, velocities and the
+//! measured force in them.
 
 use super::adaptive_notch::{AdaptiveNotch, Phasor};
 use super::channel::{COUNTER_PLACES, Channel, Settling, in_time};
@@ -50,14 +51,15 @@ pub(super) struct AxisChain {
     pub(super) notch: AdaptiveNotch,
 }
 
-/// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵ force units.
+/// Bits by which an intermediate derivative is coarser than the force unit; gives it a range of 2³⁵
+/// force units.
 const DERIVATIVE_HEADROOM: f64 = DERIVED_GAIN / 2.0;
 
 /// Units of a state at the edge of the training range: Q31.
 const FULL_SCALE: f64 = (1_u64 << 31) as f64;
 
-/// Range of the slope before scaling: one training half-range is 2²⁸ to 2²⁹, so a state may be four times outside the
-/// training range before its own number saturates.
+/// Range of the slope before scaling: one training half-range is 2²⁸ to 2²⁹, so a state may be four
+/// times outside the training range before its own number saturates.
 const VELOCITY_RANGE: f64 = (1_u64 << 29) as f64;
 
 /// Binary exponent `s` with `value·2^−s` just under `wanted`, and the value after it.
@@ -76,7 +78,8 @@ fn shift_to(quantity: &'static str, value: f64, wanted: f64) -> Result<(i8, f64)
         shift += 1;
     }
     if shift == 0 || scaled > wanted {
-        // A filter whose sums are this small has too few bits, one whose sums are this large would overflow.
+        // A filter whose sums are this small has too few bits, one whose sums are this large would
+        // overflow.
         return Err(Error::OutOfRange {
             quantity,
             seen: value,
@@ -87,7 +90,8 @@ fn shift_to(quantity: &'static str, value: f64, wanted: f64) -> Result<(i8, f64)
     Ok((shift, scaled))
 }
 
-/// How far a derivative's sum is shifted down, and the signed gain it then has: 16 to 32 force units per count.
+/// How far a derivative's sum is shifted down, and the signed gain it then has: 16 to 32 force
+/// units per count.
 fn derivative_gain(quantity: &'static str, unit: f64, sign: f64) -> Result<(i8, f64), Error> {
     let (shift, scaled) = shift_to(quantity, DERIVATIVE_HEADROOM / unit, 1.0)?;
     Ok((shift, sign * DERIVATIVE_HEADROOM / scaled))
@@ -129,7 +133,8 @@ impl Acceleration {
     }
 }
 
-/// The measured force as a sum over channels, and how far the sums of derivatives are shifted down before it.
+/// The measured force as a sum over channels, and how far the sums of derivatives are shifted down
+/// before it.
 struct MeasuredForce {
     terms: Terms,
     curvature_shift: i8,
@@ -280,7 +285,8 @@ impl AxisChain {
         })
     }
 
-    /// Takes what the sensors of the axis gave; gives the counts of displacement and body, in time with each other.
+    /// Takes what the sensors of the axis gave; gives the counts of displacement and body, in time
+    /// with each other.
     #[inline(always)]
     pub(super) fn take(&self, state: &mut AxisState, raw: &RawAxis) -> [i32; 2] {
         let [first, second] = raw.displacement;
@@ -302,8 +308,8 @@ impl AxisChain {
         [displacement, body]
     }
 
-    /// The axis in machine numbers, from the sums of its filters and the forces of its own and the other channel. The
-    /// accelerometer is read `delay` samples ago unless it is late.
+    /// The axis in machine numbers, from the sums of its filters and the forces of its own and the
+    /// other channel. The accelerometer is read `delay` samples ago unless it is late.
     #[inline(always)]
     pub(super) fn see(
         &self,
@@ -337,7 +343,8 @@ impl AxisChain {
         self.input.is_some()
     }
 
-    /// What effects of the axis follow at the chain's instant, in Q31, and whether it is outside the training range; takes the newest code.
+    /// What effects of the axis follow at the chain's instant, in Q31, and whether it is outside
+    /// the training range; takes the newest code.
     pub(super) fn follow(&self, state: &mut AxisState, raw: &RawAxis) -> (i32, bool) {
         let Some(input) = &self.input else {
             return (0, false);
@@ -352,7 +359,8 @@ impl AxisChain {
     }
 }
 
-/// The state of an axis: its channels that are not filtered, and counters that have to wait for another one.
+/// The state of an axis: its channels that are not filtered, and counters that have to wait for
+/// another one.
 #[derive(Clone, Debug)]
 pub(super) struct AxisState {
     late_displacement: Delay<COUNTER_PLACES>,
@@ -380,14 +388,15 @@ pub(super) struct Instant {
     /// Relative displacement, and its slope.
     pub(super) position: i32,
     pub(super) slope: i64,
-    /// Position of the body that carries the inertia, its slope and its curvature where they are wanted.
+    /// Position of the body that carries the inertia, its slope and its curvature where they are
+    /// wanted.
     pub(super) body: i32,
     pub(super) body_slope: i64,
     pub(super) curvature: i64,
 }
 
-/// An axis in machine numbers: states in Q31, which of them were outside the training range, and the restoring force from the
-/// equation of motion.
+/// An axis in machine numbers: states in Q31, which of them were outside the training range, and
+/// the restoring force from the equation of motion.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Seen {
     pub(super) states: [i32; 2],

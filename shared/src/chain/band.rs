@@ -1,8 +1,10 @@
-//! The low-pass over the residual, at the rate of its band: a value at every so many samples, its products spread over them.
+//! The low-pass over the residual, at the rate of its band: a value at every so many samples, its
+//! products spread over them.
 //!
-//! A value at sample n sums up the residuals of the window that ends there. All of them but the last few are there some samples
-//! before, so the sum is begun with the oldest of them as soon as the value before it is out, and every sample adds as large a
-//! piece as the others. The value comes no later than if it were summed up at once, and has the same bits.
+//! A value at sample n sums up the residuals of the window that ends there. All of them but the
+//! last few are there some samples before, so the sum is begun with the oldest of them as soon as
+//! the value before it is out, and every sample adds as large a piece as the others. The value
+//! comes no later than if it were summed up at once, and has the same bits.
 
 use crate::base::kernels::Kernels;
 use crate::chain::filter::{History, shift_round};
@@ -12,7 +14,8 @@ use crate::wire::rig::{MAX_BAND_TAPS, Taps};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Band {
     pub(super) taps: Taps<MAX_BAND_TAPS>,
-    /// Binary logarithm of the samples from one value to the next, as [`crate::wire::rig::Rig::band_every_log2`].
+    /// Binary logarithm of the samples from one value to the next, as
+    /// [`crate::wire::rig::Rig::band_every_log2`].
     pub(super) every_log2: u8,
 }
 
@@ -22,7 +25,8 @@ impl Band {
         1 << (self.every_log2 & 15)
     }
 
-    /// Takes the residuals of one sample in; gives the residuals in the band when it is time for them.
+    /// Takes the residuals of one sample in; gives the residuals in the band when it is time for
+    /// them.
     #[inline(always)]
     pub(super) fn step<K: Kernels>(
         &self,

@@ -50,7 +50,8 @@ impl Settling {
 }
 
 impl Channel {
-    /// The channel that is late by so many samples, in a chain that waits `delay` samples and keeps those up to `most`.
+    /// The channel that is late by so many samples, in a chain that waits `delay` samples and keeps
+    /// those up to `most`.
     fn new(quantity: &'static str, late: f64, delay: usize, most: usize) -> Result<Self, Error> {
         let between = Between::at(late);
         let weights = between.integer_weights();

@@ -1,9 +1,11 @@
-//! The chain's three linear-phase filters in integers: first derivative, second derivative, low-pass.
+//! The chain's three linear-phase filters in integers: first derivative, second derivative,
+//! low-pass.
 //!
-//! Encoder counters wrap at 2³². Both derivatives therefore work on the steps of a counter from sample to sample, taken with
-//! wrapping subtraction: they stay right when a counter wraps, and a large offset costs no precision. The taps of a
-//! derivative sum to zero, so that Σ tapᵢ·x[n−i] = Σ Cᵢ·(x[n−i] − x[n−i−1]), where Cᵢ is the sum of the taps up to the i-th:
-//! the same number to the bit, and on the device one multiplication for each step of both axes, as for the low-pass.
+//! Encoder counters wrap at 2³². Both derivatives therefore work on the steps of a counter from
+//! sample to sample, taken with wrapping subtraction: they stay right when a counter wraps, and a
+//! large offset costs no precision. The taps of a derivative sum to zero, so that Σ tapᵢ·x[n−i] = Σ
+//! Cᵢ·(x[n−i] − x[n−i−1]), where Cᵢ is the sum of the taps up to the i-th: the same number to the
+//! bit, and on the device one multiplication for each step of both axes, as for the low-pass.
 
 use crate::base::kernels::Kernels;
 use crate::scalar::fixed::{round_shift, saturate};
@@ -11,10 +13,11 @@ use crate::wire::rig::MAX_TAPS;
 use core::ops::Range;
 use heapless::Vec;
 
-/// The last `LENGTH` values of `CHANNELS` channels of both axes, each readable as one contiguous window.
+/// The last `LENGTH` values of `CHANNELS` channels of both axes, each readable as one contiguous
+/// window.
 ///
-/// Every row is written twice, `LENGTH` places apart, so that a window never has to be put together from two
-/// pieces: a filter is then one loop over two slices.
+/// Every row is written twice, `LENGTH` places apart, so that a window never has to be put together
+/// from two pieces: a filter is then one loop over two slices.
 #[derive(Clone, Debug)]
 pub struct History<const LENGTH: usize, const CHANNELS: usize = 1> {
     rows: [[[[i32; 2]; LENGTH]; 2]; CHANNELS],
@@ -40,7 +43,8 @@ impl<const LENGTH: usize, const CHANNELS: usize> History<LENGTH, CHANNELS> {
         self.next = if place + 1 < LENGTH { place + 1 } else { 0 };
     }
 
-    /// Where the newest `length` rows lie, for [`Self::window`]; nowhere when `length` is more than `LENGTH`.
+    /// Where the newest `length` rows lie, for [`Self::window`]; nowhere when `length` is more than
+    /// `LENGTH`.
     #[inline(always)]
     pub fn newest(&self, length: usize) -> Range<usize> {
         let end = self.next + LENGTH;
@@ -63,8 +67,8 @@ impl<const LENGTH: usize, const CHANNELS: usize> History<LENGTH, CHANNELS> {
 /// Steps from one sample to the next that the longest derivative sees.
 pub const MAX_STEPS: usize = MAX_TAPS - 1;
 
-/// Two counters of each axis, of its displacement and of its body: where they were in the middle of the derivatives' window, and their
-/// steps over the window.
+/// Two counters of each axis, of its displacement and of its body: where they were in the middle of
+/// the derivatives' window, and their steps over the window.
 #[derive(Clone, Debug)]
 pub struct Counters {
     steps: History<MAX_STEPS, 2>,
@@ -85,7 +89,8 @@ impl Counters {
         (self.newest, self.middle) = (counts, counts);
     }
 
-    /// Takes the next counts; the middle of the window is `delay` samples ago, at most [`MAX_DELAY`].
+    /// Takes the next counts; the middle of the window is `delay` samples ago, at most
+    /// [`MAX_DELAY`].
     #[inline(always)]
     pub fn push(&mut self, counts: [[i32; 2]; 2], delay: usize) {
         let [[a, b], [c, d]] = counts;
@@ -121,26 +126,29 @@ impl Counters {
     }
 }
 
-/// `Σ tap·x` of a counter of both axes, the derivative in the middle of the window times `2^shift`, for weights of
-/// [`weights_of_steps`] and as many steps.
+/// `Σ tap·x` of a counter of both axes, the derivative in the middle of the window times `2^shift`,
+/// for weights of [`weights_of_steps`] and as many steps.
 ///
-/// Right as long as no step is 2³¹ or more and all counts of the window are within 2³¹ of the middle one: with Σ|tap| < 2³²
-/// ([`crate::wire::rig::Rig::check`]) the sum is then under 2⁶³.
+/// Right as long as no step is 2³¹ or more and all counts of the window are within 2³¹ of the
+/// middle one: with Σ|tap| < 2³² ([`crate::wire::rig::Rig::check`]) the sum is then under 2⁶³.
 #[inline(always)]
 pub fn derivative<K: Kernels>(weights: &[i32], steps: &[[i32; 2]]) -> [i64; 2] {
     K::products(weights, steps)
 }
 
-/// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which sum to zero.
+/// What a derivative's taps make of the steps of a counter, oldest step first: sums of taps, which
+/// sum to zero.
 pub fn weights_of_steps(
     taps: impl DoubleEndedIterator<Item = i32> + ExactSizeIterator,
 ) -> Vec<i32, MAX_STEPS> {
     let mut weights = Vec::new();
     let steps = taps.len().saturating_sub(1);
     let mut sum = 0_i32;
-    // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps, with the other sign.
+    // taps[i] multiplies x[n−i]. From the oldest value on, the sums are those of all other taps,
+    // with the other sign.
     for tap in taps.rev().take(steps) {
-        // Half of Σ|tap| < 2³² at most, because the taps of one sign are as many as those of the other.
+        // Half of Σ|tap| < 2³² at most, because the taps of one sign are as many as those of the
+        // other.
         sum = sum.wrapping_sub(tap);
         // One step less than there are taps.
         let _ = weights.push(sum);
@@ -154,9 +162,11 @@ pub const MAX_DELAY: usize = MAX_TAPS / 2;
 /// Places that a [`Delay`] has more than it remembers values.
 pub const DELAY_ENDS: usize = 3;
 
-/// A channel that only has to wait, for the filters unless told otherwise: the last `PLACES` − 3 values.
+/// A channel that only has to wait, for the filters unless told otherwise: the last `PLACES` − 3
+/// values.
 ///
-/// The first three places of the ring are behind its end once more, so that four neighbours always lie in one piece.
+/// The first three places of the ring are behind its end once more, so that four neighbours always
+/// lie in one piece.
 #[derive(Clone, Debug)]
 pub struct Delay<const PLACES: usize = { MAX_DELAY + 1 + DELAY_ENDS }> {
     values: [i32; PLACES],
@@ -200,8 +210,8 @@ impl<const PLACES: usize> Delay<PLACES> {
         self.values.get(self.place(age)).copied().unwrap_or(0)
     }
 
-    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest, where they are all there; else
-    /// [`Self::four_apart`] has them.
+    /// The values that came `age`, `age` − 1, `age` − 2 and `age` − 3 pushes before the newest,
+    /// where they are all there; else [`Self::four_apart`] has them.
     #[inline(always)]
     pub fn four(&self, age: usize) -> Option<&[i32; 4]> {
         if age < 3 || age >= Self::LENGTH {
@@ -283,7 +293,8 @@ mod tests {
 
     #[test]
     fn derivatives_of_a_parabola_are_exact_and_survive_a_counter_that_wraps() {
-        // Central differences: slope (x[n] − x[n−2]) / 2, curvature x[n] − 2x[n−1] + x[n−2], scaled by 2¹.
+        // Central differences: slope (x[n] − x[n−2]) / 2, curvature x[n] − 2x[n−1] + x[n−2], scaled
+        // by 2¹.
         let first = taps(&[1, 0, -1], 1);
         let second = taps(&[2, -4, 2], 1);
         for offset in [0, 1_000_000, i32::MAX - 30] {

@@ -1,8 +1,9 @@
-//! A channel read between its samples: the cubic through four neighbours, on the host in `f64`, on the device in integers.
+//! A channel read between its samples: the cubic through four neighbours, on the host in `f64`, on
+//! the device in integers.
 //!
-//! A force channel that is late by 1.6 samples has to be read 1.6 samples later. The cubic of Lagrange through the samples
-//! −1, 0, 1 and 2 is exact for polynomials of third degree; of a sine at a tenth of the sample rate it loses 0.4 % at the
-//! worst place, at a twentieth 0.02 %.
+//! A force channel that is late by 1.6 samples has to be read 1.6 samples later. The cubic of
+//! Lagrange through the samples −1, 0, 1 and 2 is exact for polynomials of third degree; of a sine
+//! at a tenth of the sample rate it loses 0.4 % at the worst place, at a twentieth 0.02 %.
 
 use crate::scalar::fixed::{round_shift, round_to_i64, saturate};
 
@@ -40,7 +41,8 @@ impl Between {
         }
     }
 
-    /// The weights as integers, 2²⁹ for 1; their sum is exactly that, so that a channel that rests is not changed.
+    /// The weights as integers, 2²⁹ for 1; their sum is exactly that, so that a channel that rests
+    /// is not changed.
     pub fn integer_weights(&self) -> [i32; 4] {
         let scaled = |weight: f64| round_to_i64(weight * f64::from(1 << PLACES)) as i32;
         let [before, _, next, last] = self.weights.map(scaled);
@@ -48,7 +50,8 @@ impl Between {
     }
 }
 
-/// The channel between four counts, rounded to a count, for weights of [`Between::integer_weights`].
+/// The channel between four counts, rounded to a count, for weights of
+/// [`Between::integer_weights`].
 ///
 /// No overflow: the sizes of the weights add up to less than 2³⁰, so the sum stays under 2⁶¹.
 #[inline(always)]

@@ -1,4 +1,5 @@
-//! The on-board chain: raw counts in; states, measured force, predicted force and residual out, in integers.
+//! The on-board chain: raw counts in; states, measured force, predicted force and residual out, in
+//! integers.
 //!
 //! ```text
 //! displacement counts ─┬─ delay D ──────── scale ─ u (position)  ┐
@@ -7,15 +8,17 @@
 //! forces ───────────────── delay D − lag ─ scale ─┘ less the mains hum, found in the residual
 //! ```
 //!
-//! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs to the sample
-//! D = (N − 1)/2 ago. Everything else is delayed by the same D: state, force and residual of one [`Output`] belong to
-//! one instant. A force or acceleration channel that is late waits that much less, and is read between its samples; what a
-//! force channel reads of the other axis's force is taken off. Where a counter is late, everything waits for it: the chain
-//! then lags by a few samples more, and the count is read between its samples, rounded to a count, before it is
-//! differentiated. The low-pass over the residual adds its own (M − 1)/2 samples, and gives a value at the rate that its band needs.
+//! The derivative filters are linear-phase with an odd number N of taps, so what they give belongs
+//! to the sample D = (N − 1)/2 ago. Everything else is delayed by the same D: state, force and
+//! residual of one [`Output`] belong to one instant. A force or acceleration channel that is late
+//! waits that much less, and is read between its samples; what a force channel reads of the other
+//! axis's force is taken off. Where a counter is late, everything waits for it: the chain then lags
+//! by a few samples more, and the count is read between its samples, rounded to a count, before it
+//! is differentiated. The low-pass over the residual adds its own (M − 1)/2 samples, and gives a
+//! value at the rate that its band needs.
 //!
-//! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses integers only, does
-//! not panic and takes the same path whatever the data.
+//! Setting up ([`Chain::new`]) turns SI values into integers once, in `f64`; [`Chain::step`] uses
+//! integers only, does not panic and takes the same path whatever the data.
 
 mod adaptive_notch;
 mod axis;
@@ -42,10 +45,11 @@ use channel::Settling;
 /// What the chain says about the instant D samples ago.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// Normalised states [x, ẋ, φ, φ̇] in Q31, held at the edge of the training range; of one axis the third is its input, 0 where it
-    /// follows none.
+    /// Normalised states [x, ẋ, φ, φ̇] in Q31, held at the edge of the training range; of one axis
+    /// the third is its input, 0 where it follows none.
     pub state: [i32; 4],
-    /// Bit i is set when state i was outside the training range, bit 4 + a when the input of axis a was.
+    /// Bit i is set when state i was outside the training range, bit 4 + a when the input of axis
+    /// a was.
     pub outside: u8,
     /// Restoring force from the equation of motion, in the model's force unit per axis.
     pub measured: [i32; 2],
@@ -56,19 +60,21 @@ pub struct Output {
     /// The residual in the common band, (M − 1)/2 samples older still: at every so many samples
     /// ([`Rig::band_every_log2`]), from when the low-pass is full.
     pub residual_band: Option<[i32; 2]>,
-    /// Bit a is set when a force of axis a ran into a rail of its 32 bits; [`Output::HELD`] may stand beside them.
+    /// Bit a is set when a force of axis a ran into a rail of its 32 bits; [`Output::HELD`] may
+    /// stand beside them.
     pub saturated: u8,
 }
 
 impl Output {
     /// Bits of [`Output::saturated`] that stand for a force at its rail.
     pub const RAILS: u8 = 0b11;
-    /// The bit of [`Output::saturated`] that says that a fault of a sensor is within the filters, so that mains hum was taken
-    /// out with its last amplitude and phase.
+    /// The bit of [`Output::saturated`] that says that a fault of a sensor is within the filters,
+    /// so that mains hum was taken out with its last amplitude and phase.
     pub const HELD: u8 = 0b100;
 
-    /// Every bit of the output as words, for a digest: states, flags, forces, residuals, and the residual in the band
-    /// (0 while there is none, after a word that says whether there is one).
+    /// Every bit of the output as words, for a digest: states, flags, forces, residuals, and the
+    /// residual in the band (0 while there is none, after a word that says whether there is
+    /// one).
     pub fn words(&self) -> impl Iterator<Item = i32> {
         let flags = i32::from(self.outside) | i32::from(self.saturated) << 8;
         let in_band = i32::from(self.residual_band.is_some());
@@ -118,7 +124,8 @@ pub struct ChainState {
 }
 
 impl ChainState {
-    /// Before the first sample; a constant, so that a device need not build these 9 KiB on its stack.
+    /// Before the first sample; a constant, so that a device need not build these 9 KiB on its
+    /// stack.
     pub const NEW: Self = Self {
         axes: [const { AxisState::NEW }; 2],
         counters: Counters::NEW,
@@ -144,7 +151,8 @@ impl Chain {
     /// Builds the chain from SI values.
     ///
     /// # Errors
-    /// [`Error`] names the quantity that the integers cannot hold, or the part of the rig that does not fit the model.
+    /// [`Error`] names the quantity that the integers cannot hold, or the part of the rig that does
+    /// not fit the model.
     pub fn new(model: &Model, rig: &Rig) -> Result<Self, Error> {
         rig.check_chain()?;
         if rig.axes.len() != model.axes() {
@@ -200,7 +208,8 @@ impl Chain {
         self.axes.len()
     }
 
-    /// By how many samples an [`Output`] lags behind the newest sample: D, and what a late counter costs.
+    /// By how many samples an [`Output`] lags behind the newest sample: D, and what a late counter
+    /// costs.
     pub fn delay(&self) -> usize {
         self.delay
     }
@@ -291,8 +300,9 @@ impl Chain {
         })
     }
 
-    /// Takes the mains hum out of the measured forces, and adapts to it unless a state is outside the training range, a force at its rail
-    /// or a fault within the filters. The bits of [`Output::saturated`] that follow: what was at a rail was so before.
+    /// Takes the mains hum out of the measured forces, and adapts to it unless a state is outside
+    /// the training range, a force at its rail or a fault within the filters. The bits of
+    /// [`Output::saturated`] that follow: what was at a rail was so before.
     fn take_hum_out(
         &self,
         state: &mut ChainState,
@@ -322,8 +332,8 @@ impl Chain {
         saturated
     }
 
-    /// Tells the model's memory what effects of each axis follow at the chain's instant; gives the bits of [`Output::outside`] that are its
-    /// own, and the input of a rig of one axis.
+    /// Tells the model's memory what effects of each axis follow at the chain's instant; gives the
+    /// bits of [`Output::outside`] that are its own, and the input of a rig of one axis.
     #[inline(never)]
     fn follow(&self, state: &mut ChainState, raw: &RawSample) -> (u8, i32) {
         let (mut followed, mut outside) = ([0; 2], 0);

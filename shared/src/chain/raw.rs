@@ -1,12 +1,15 @@
 //! What the sensors gave at one instant, before anything is made of it.
 
-/// What the sensors of one axis gave at one instant, laid out as in C, so that the C library hands it on where it lies.
+/// What the sensors of one axis gave at one instant, laid out as in C, so that the C library hands
+/// it on where it lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct RawAxis {
-    /// Encoder counters: far side and near side; the second is 0 on a rig that measures the difference itself.
+    /// Encoder counters: far side and near side; the second is 0 on a rig that measures the
+    /// difference itself.
     pub displacement: [i32; 2],
-    /// Encoder counter of the body that carries the inertia, where the rig has one; may be the near side's.
+    /// Encoder counter of the body that carries the inertia, where the rig has one; may be the
+    /// near side's.
     pub body: i32,
     /// Accelerometer code, where the rig has one.
     pub acceleration: i32,

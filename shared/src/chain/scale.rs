@@ -1,12 +1,15 @@
-//! Turning counts into machine numbers: one multiplier, one offset, one shift, built once from SI values.
+//! Turning counts into machine numbers: one multiplier, one offset, one shift, built once from SI
+//! values.
 
 use crate::chain::filter::shift_round;
 use crate::fault::Error;
 use crate::scalar::fixed::round_to_i64;
 
-/// `y = (v − origin)·multiplier·2^−shift + offset·2^−shift`, rounded half up and saturated to `i32`.
+/// `y = (v − origin)·multiplier·2^−shift + offset·2^−shift`, rounded half up and saturated to
+/// `i32`.
 ///
-/// The origin is taken off in whole counts with wrapping subtraction, so a counter may stand anywhere.
+/// The origin is taken off in whole counts with wrapping subtraction, so a counter may stand
+/// anywhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Scale {
     origin: i32,
@@ -15,13 +18,15 @@ pub struct Scale {
     shift: i8,
 }
 
-/// Multipliers lie in ±2^28..2^29, so that a product with a 32-bit count stays under 2⁶⁰ and several add up.
+/// Multipliers lie in ±2^28..2^29, so that a product with a 32-bit count stays under 2⁶⁰ and
+/// several add up.
 const MULTIPLIER_BITS: i32 = 29;
 
 /// A real factor as `multiplier·2^−shift` with 28 to 29 significant bits.
 ///
 /// # Errors
-/// [`Error::OutOfRange`] when the factor is not finite, zero or so far from one that no shift of 1..=62 holds it.
+/// [`Error::OutOfRange`] when the factor is not finite, zero or so far from one that no shift of
+/// 1..=62 holds it.
 pub fn factor(quantity: &'static str, value: f64) -> Result<(i32, i8), Error> {
     let refused = Err(Error::OutOfRange {
         quantity,

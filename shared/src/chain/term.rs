@@ -4,10 +4,12 @@ use crate::chain::scale::{MAX_FACTOR, MIN_FACTOR};
 use crate::fault::Error;
 use crate::scalar::fixed::{round_shift, round_to_i64, saturate};
 
-/// Gains in force units per count as multipliers. Those of one kind have one shift, so that their products are added up as they are.
+/// Gains in force units per count as multipliers. Those of one kind have one shift, so that their
+/// products are added up as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Terms {
-    /// Of a derived acceleration and of the body's velocity, whose sums were shifted to where a gain is [`DERIVED_GAIN`] at most.
+    /// Of a derived acceleration and of the body's velocity, whose sums were shifted to where a
+    /// gain is [`DERIVED_GAIN`] at most.
     derived: [i32; 2],
     /// Of codes: the accelerometer's, the own force's, the other axis's force's.
     codes: [i32; 3],
@@ -23,10 +25,12 @@ const PLACES: u8 = 8;
 pub(super) const DERIVED_GAIN: f64 = 32.0;
 /// Their shift: two of the largest gains are then 2³¹ together.
 const DERIVED_SHIFT: u8 = 25;
-/// The most that the sizes of the multipliers of one kind add up to: their products with any counts stay within 2⁶² together.
+/// The most that the sizes of the multipliers of one kind add up to: their products with any counts
+/// stay within 2⁶² together.
 const MAX_SIZES: u64 = 1 << 31;
 
-/// The largest shift with which gains fit, and their multipliers: each is then off by less than 2⁻²⁹ of all of them together.
+/// The largest shift with which gains fit, and their multipliers: each is then off by less than
+/// 2⁻²⁹ of all of them together.
 fn fitted<const COUNT: usize>(gains: [f64; COUNT]) -> Result<([i32; COUNT], u8), Error> {
     let sizes: f64 = gains.iter().map(|gain| gain.abs()).sum();
     // Half a unit of each multiplier is left for rounding, and none is 2³¹.
@@ -40,10 +44,12 @@ fn fitted<const COUNT: usize>(gains: [f64; COUNT]) -> Result<([i32; COUNT], u8),
 }
 
 impl Terms {
-    /// Of the gains of a derived acceleration and the body's velocity; of accelerometer, own and other force; of the body's position.
+    /// Of the gains of a derived acceleration and the body's velocity; of accelerometer, own and
+    /// other force; of the body's position.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] when gains are not finite or too large, and when that of the force is too small.
+    /// [`Error::OutOfRange`] when gains are not finite or too large, and when that of the force is
+    /// too small.
     pub(super) fn new(derived: [f64; 2], codes: [f64; 3], position: f64) -> Result<Self, Error> {
         let [_, force, _] = codes.map(f64::abs);
         Error::unless_within("force per count", force, MIN_FACTOR, MAX_FACTOR)?;

@@ -1,4 +1,5 @@
-//! What an effect says of itself to people and to fits; of all this the device keeps the number of parameters.
+//! What an effect says of itself to people and to fits; of all this the device keeps the number of
+//! parameters.
 
 use crate::units::Dimension;
 
@@ -44,8 +45,9 @@ pub enum Role {
         /// Whether only positive values are physical.
         positive: bool,
     },
-    /// The force is proportional to it, and it is another one in every record: least squares finds it in every record anew, and
-    /// the value that is reported is the root mean square of the records' sizes.
+    /// The force is proportional to it, and it is another one in every record: least squares finds
+    /// it in every record anew, and the value that is reported is the root mean square of the
+    /// records' sizes.
     SizePerRecord {
         /// Whether every record also begins at a phase of its own, found with the size.
         with_phase: bool,
@@ -54,8 +56,9 @@ pub enum Role {
     Shape(Shape),
 }
 
-/// The search for a parameter that shapes its law. Values are positive and relative to the reference of the
-/// parameter's dimension: half the training range of displacement or velocity, a second for time.
+/// The search for a parameter that shapes its law. Values are positive and relative to the
+/// reference of the parameter's dimension: half the training range of displacement or velocity, a
+/// second for time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
     /// Where the search starts, smallest first.
@@ -82,7 +85,8 @@ pub struct Tie {
 }
 
 impl Shape {
-    /// A quantity that is not searched for: it has the one value in the list, and the law takes one over it.
+    /// A quantity that is not searched for: it has the one value in the list, and the law takes one
+    /// over it.
     pub const fn given(value: &'static [f64; 1]) -> Self {
         Self {
             starts: value,
@@ -132,8 +136,8 @@ impl Parameter {
         self.phases() > 0
     }
 
-    /// Phases at which the law is evaluated in each record to find its size there: two, a quarter of a turn apart, when the phase is the
-    /// record's own as well; none when the size is not.
+    /// Phases at which the law is evaluated in each record to find its size there: two, a quarter
+    /// of a turn apart, when the phase is the record's own as well; none when the size is not.
     pub fn phases(&self) -> usize {
         match self.role {
             Role::SizePerRecord { with_phase } => 1 + usize::from(with_phase),

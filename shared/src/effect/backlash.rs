@@ -1,11 +1,13 @@
-//! A spring behind a lost motion: a gear or a linkage that follows only after its play is taken up, at any place.
+//! A spring behind a lost motion: a gear or a linkage that follows only after its play is taken up,
+//! at any place.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = k·(x − y) with y ← y + Δx held between −d and d: the play operator, what the displacement leaves beyond the stop operator.
+/// r = k·(x − y) with y ← y + Δx held between −d and d: the play operator, what the displacement
+/// leaves beyond the stop operator.
 pub(super) struct Backlash;
 
 impl Effect for Backlash {

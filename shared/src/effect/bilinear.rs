@@ -1,13 +1,16 @@
-//! A joint that is stiffer in one direction than in the other, like a bolted flange that opens under tension.
+//! A joint that is stiffer in one direction than in the other, like a bolted flange that opens
+//! under tension.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = k_b·max(x, 0): what the stiffness at positive displacement exceeds that at negative displacement by.
+/// r = k_b·max(x, 0): what the stiffness at positive displacement exceeds that at negative
+/// displacement by.
 ///
-/// Beside a linear spring k the two sides have k + k_b and k; a symmetric part of its own would be the spring once more.
+/// Beside a linear spring k the two sides have k + k_b and k; a symmetric part of its own would be
+/// the spring once more.
 pub(super) struct Bilinear;
 
 impl Effect for Bilinear {

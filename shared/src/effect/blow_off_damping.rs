@@ -6,7 +6,8 @@ use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = F₊·min(ẋ/v₊, 1) for ẋ > 0 and F₋·max(ẋ/v₋, −1) for ẋ < 0: a straight line up to the knee, where the valve opens, and a level beyond.
+/// r = F₊·min(ẋ/v₊, 1) for ẋ > 0 and F₋·max(ẋ/v₋, −1) for ẋ < 0: a straight line up to the knee,
+/// where the valve opens, and a level beyond.
 ///
 /// Beside a viscous damper, that gives the slope beyond the knee.
 pub(super) struct BlowOffDamping;

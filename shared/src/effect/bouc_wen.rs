@@ -7,11 +7,13 @@ use crate::units::Dimension;
 
 /// r = F_y·z with dz/dx = (1 − |z|ⁿ·(1 − γ + γ·sgn(ẋ·z)))/u_y.
 ///
-/// Bouc's and Wen's A, β and γ, of which only two ratios count, are chosen so that the largest force is F_y and the slope of
-/// the unloaded spring F_y/u_y: A = 1 and β + γ = 1. From ½ on γ gives loops that lose energy. γ = 1 with n = 1 is Dahl's law.
+/// Bouc's and Wen's A, β and γ, of which only two ratios count, are chosen so that the largest
+/// force is F_y and the slope of the unloaded spring F_y/u_y: A = 1 and β + γ = 1. From ½ on γ
+/// gives loops that lose energy. γ = 1 with n = 1 is Dahl's law.
 ///
-/// A sample's step is integrated by three stages of third order, each a held Euler step (Shu and Osher, J. Computational
-/// Physics 77 (1988) 439–471): the state cannot leave ±1 however large the step.
+/// A sample's step is integrated by three stages of third order, each a held Euler step (Shu and
+/// Osher, J. Computational Physics 77 (1988) 439–471): the state cannot leave ±1 however large the
+/// step.
 pub(super) struct BoucWen;
 
 impl Effect for BoucWen {
@@ -97,7 +99,8 @@ impl Effect for BoucWen {
     }
 }
 
-/// A state one sample later, from what an Euler step adds to a state: three stages, each held so that it does not leave ±1.
+/// A state one sample later, from what an Euler step adds to a state: three stages, each held so
+/// that it does not leave ±1.
 pub(super) fn held<S: Scalar>(before: S, free: impl Fn(S::Short) -> S::Short) -> S {
     let (before, one) = (before.short(), S::Short::one());
     let increment = |z: S::Short| (-one - z).max((one - z).min(free(z)));

@@ -1,4 +1,5 @@
-//! Smooth hysteresis with a strength per direction, like a damper whose seals or valves grip one way more than the other.
+//! Smooth hysteresis with a strength per direction, like a damper whose seals or valves grip one
+//! way more than the other.
 
 use super::about::About;
 use super::bouc_wen::BoucWen;

@@ -1,4 +1,5 @@
-//! Smooth hysteresis whose strength follows the displacement: a damper that grips more towards one or both of its ends.
+//! Smooth hysteresis whose strength follows the displacement: a damper that grips more towards one
+//! or both of its ends.
 
 use super::about::{About, Parameter};
 use super::bouc_wen::BoucWen;

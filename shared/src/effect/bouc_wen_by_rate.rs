@@ -1,4 +1,5 @@
-//! Smooth hysteresis whose strength rises with speed: fluid and elastomer dampers, whose friction part thickens in quick motion.
+//! Smooth hysteresis whose strength rises with speed: fluid and elastomer dampers, whose friction
+//! part thickens in quick motion.
 
 use super::about::{About, Parameter};
 use super::bouc_wen::BoucWen;

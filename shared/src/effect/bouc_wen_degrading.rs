@@ -1,4 +1,5 @@
-//! Smooth hysteresis that grows softer with the largest displacement so far: masonry, concrete, nailed timber, worn bolted laps.
+//! Smooth hysteresis that grows softer with the largest displacement so far: masonry, concrete,
+//! nailed timber, worn bolted laps.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::bouc_wen::{BoucWen, held};
@@ -6,11 +7,13 @@ use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States
 use crate::scalar::{Number, Scalar};
 use crate::units::Dimension;
 
-/// r = F_y·z with dz/dx = (1 − |z|·(½ + ½·sgn(ẋ·z)))/(u_y·(1 + m/w)), where m is the largest |x| since the record, or the device, began.
+/// r = F_y·z with dz/dx = (1 − |z|·(½ + ½·sgn(ẋ·z)))/(u_y·(1 + m/w)), where m is the largest |x|
+/// since the record, or the device, began.
 ///
-/// Bouc's and Wen's law with A = 1, β = γ = ½ and n = 1 whose yield displacement grows in proportion to the largest displacement, as the
-/// branches of peak-oriented models do. Baber's and Wen's own measure is the work that was lost so far, which has no bound on a
-/// device that never stops.
+/// Bouc's and Wen's law with A = 1, β = γ = ½ and n = 1 whose yield displacement grows in
+/// proportion to the largest displacement, as the branches of peak-oriented models do. Baber's and
+/// Wen's own measure is the work that was lost so far, which has no bound on a device that never
+/// stops.
 pub(super) struct BoucWenDegrading;
 
 impl Effect for BoucWenDegrading {
@@ -62,7 +65,8 @@ impl Effect for BoucWenDegrading {
         let one = S::Short::one();
         *largest = largest.max(at.displacement.abs());
         let softened = (*largest * per_degradation).hyperbolic_decay();
-        // The factor rests while no displacement is the largest: roundings do not add up along a path.
+        // The factor rests while no displacement is the largest: roundings do not add up along a
+        // path.
         let travel = at.short_travel(per_yield * softened, S::Short::ratio(2, 1));
         *z = held(*z, |z| {
             // Loading bends, unloading is straight.

@@ -11,8 +11,9 @@ const MAX: i32 = 8;
 
 /// r = F_h·z with dz/dx = (1 + |z|·(1 − η·sgn(ẋ·z)))/u_h, |z| held at 8.
 ///
-/// Bouc's and Wen's law with n = 1 where their β + γ is negative: nothing yields, and no force is the largest. With A = 1 and
-/// their z in units of u_h it is β + γ = −(1 − η) and β − γ = 1 + η. It loses energy for η above 0.
+/// Bouc's and Wen's law with n = 1 where their β + γ is negative: nothing yields, and no force is
+/// the largest. With A = 1 and their z in units of u_h it is β + γ = −(1 − η) and β − γ = 1 + η. It
+/// loses energy for η above 0.
 pub(super) struct BoucWenHardening;
 
 impl Effect for BoucWenHardening {

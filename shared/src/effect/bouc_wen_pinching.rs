@@ -1,4 +1,5 @@
-//! Smooth hysteresis with slip about the middle of its way: bolts in worn holes, nailed timber, cracked concrete.
+//! Smooth hysteresis with slip about the middle of its way: bolts in worn holes, nailed timber,
+//! cracked concrete.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::bouc_wen::{BoucWen, held};
@@ -6,11 +7,13 @@ use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
-/// r = F_y·z with dz/dx = (1 − ζ·b²)·(1 − |z|ⁿ·(½ + ½·sgn(ẋ·z)))/u_y and b = max(0, 1 − ((z·sgn ẋ − q)/w)²).
+/// r = F_y·z with dz/dx = (1 − ζ·b²)·(1 − |z|ⁿ·(½ + ½·sgn(ẋ·z)))/u_y and b = max(0, 1 − ((z·sgn ẋ −
+/// q)/w)²).
 ///
-/// Bouc's and Wen's law with A = 1 and β = γ = ½, in series with a slip lock: on the way to the other side the spring is softer
-/// by ζ where the force is about q·F_y. It is Baber's and Noori's law in Foliente's form with ζ, q and w that stay; b² stands for his
-/// Gaussian of two thirds of the width, which takes a device several times as long.
+/// Bouc's and Wen's law with A = 1 and β = γ = ½, in series with a slip lock: on the way to the
+/// other side the spring is softer by ζ where the force is about q·F_y. It is Baber's and Noori's
+/// law in Foliente's form with ζ, q and w that stay; b² stands for his Gaussian of two thirds of
+/// the width, which takes a device several times as long.
 pub(super) struct BoucWenPinching;
 
 impl Effect for BoucWenPinching {

@@ -1,4 +1,5 @@
-//! What every law with one strength per direction shares: its strengths, and the split of a force of size 1 between them.
+//! What every law with one strength per direction shares: its strengths, and the split of a force
+//! of size 1 between them.
 
 use super::about::Parameter;
 use crate::scalar::Scalar;
@@ -20,7 +21,8 @@ pub(super) fn from_rest<S: Scalar>(x: S, [above, below]: [S; 2], g: impl Fn(S) -
     above * (g(x) - at_rest) - below * (g(-x) - at_rest)
 }
 
-/// The force of a law whose force of size 1 is `unit`: forward·max(unit, 0) + backward·min(unit, 0).
+/// The force of a law whose force of size 1 is `unit`: forward·max(unit, 0) + backward·min(unit,
+/// 0).
 pub(super) fn split<S: Scalar>(unit: S, forward: S, backward: S) -> S {
     forward * unit.max(S::zero()) + backward * unit.min(S::zero())
 }

@@ -1,4 +1,5 @@
-//! Friction in the contact of one axis that depends on where the other axis is: the paper's Eq. (16).
+//! Friction in the contact of one axis that depends on where the other axis is: the paper's Eq.
+//! (16).
 
 use super::about::{About, Parameter, Role, Shape, Tie};
 use super::clearance::GAP;

@@ -1,4 +1,5 @@
-//! A force that repeats with the displacement: magnets passing teeth, a bent screw, balls entering a race.
+//! A force that repeats with the displacement: magnets passing teeth, a bent screw, balls entering
+//! a race.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, Kinematics, Parameters, States};
@@ -8,8 +9,8 @@ use crate::units::Dimension;
 /// r = A·sin(2πx/p) + B·cos(2πx/p).
 pub(super) struct Cogging;
 
-/// Half as many pitches in the largest displacement as the number says: two neighbours differ by half a wave at the end of
-/// the motion, so that no pitch lies between two valleys.
+/// Half as many pitches in the largest displacement as the number says: two neighbours differ by
+/// half a wave at the end of the motion, so that no pitch lies between two valleys.
 pub(super) const PITCHES: [f64; 40] = {
     let mut pitches = [0.0; 40];
     let mut at = 0;
@@ -56,7 +57,8 @@ impl Effect for Cogging {
                 dimension: Dimension::DISPLACEMENT,
                 role: Role::Shape(Shape {
                     starts: &PITCHES,
-                    // Each bit of the displacement is a thousand times as much of a turn, still below what a sensor resolves.
+                    // Each bit of the displacement is a thousand times as much of a turn, still
+                    // below what a sensor resolves.
                     least: 0.001,
                     most: 3.0,
                     reciprocal: true,

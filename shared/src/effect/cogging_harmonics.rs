@@ -1,4 +1,5 @@
-//! A force that repeats with the displacement and is no sine: cogging of a linear motor, the wave of a harmonic drive.
+//! A force that repeats with the displacement and is no sine: cogging of a linear motor, the wave
+//! of a harmonic drive.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::cogging::{Cogging, PITCHES};

@@ -1,4 +1,5 @@
-//! Dry friction with a strength per direction: a seal or a wedge that holds one way more than the other.
+//! Dry friction with a strength per direction: a seal or a wedge that holds one way more than the
+//! other.
 
 use super::about::{About, Parameter};
 use super::by_direction::{split, strength};

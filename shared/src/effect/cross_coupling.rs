@@ -1,4 +1,5 @@
-//! A spring and a damper from one axis to the other: an arm off centre, a flexure that turns when pushed.
+//! A spring and a damper from one axis to the other: an arm off centre, a flexure that turns when
+//! pushed.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States};

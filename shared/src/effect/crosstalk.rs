@@ -1,4 +1,5 @@
-//! Cross-talk between two force channels: a share of the other axis's force shows in this one's reading.
+//! Cross-talk between two force channels: a share of the other axis's force shows in this one's
+//! reading.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States, Subsystem};

@@ -1,4 +1,5 @@
-//! Friction that builds up over a short travel after every reversal, like the stress–strain curve of a ductile solid.
+//! Friction that builds up over a short travel after every reversal, like the stress–strain curve
+//! of a ductile solid.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
@@ -17,9 +18,11 @@ pub(super) const BREAKAWAY: Shape = Shape {
     tie: None,
 };
 
-/// Brings the state `z` of Dahl's law along a travel in units of u_c, by the exact solution for a step of either direction.
+/// Brings the state `z` of Dahl's law along a travel in units of u_c, by the exact solution for a
+/// step of either direction.
 ///
-/// 1 ∓ z falls by e^−|travel|; the decay of a negative number is 1, so that one of the two factors is always idle.
+/// 1 ∓ z falls by e^−|travel|; the decay of a negative number is 1, so that one of the two factors
+/// is always idle.
 pub(super) fn relax<S: Scalar>(z: S, travel: S) -> S {
     let [ahead, back, either] = travel.decay_of_either_sign();
     (z * either + (back - ahead)).within(S::one())

@@ -1,4 +1,5 @@
-//! A damper whose strength follows the other axis's displacement: a slot that opens when the joint turns.
+//! A damper whose strength follows the other axis's displacement: a slot that opens when the joint
+//! turns.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States};

@@ -1,4 +1,5 @@
-//! A damper whose strength follows the square of the other axis's displacement: a guide that binds when the joint turns either way.
+//! A damper whose strength follows the square of the other axis's displacement: a guide that binds
+//! when the joint turns either way.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States};

@@ -7,8 +7,9 @@ use crate::units::Dimension;
 
 /// r = k_u·max(x − d, 0) + k_l·min(x + d, 0).
 ///
-/// The law is that of a clearance with a stiffness for either side; what sets it apart is where the stops are searched for, so
-/// that a joint with free play in the middle and stops at its ends can have both.
+/// The law is that of a clearance with a stiffness for either side; what sets it apart is where the
+/// stops are searched for, so that a joint with free play in the middle and stops at its ends can
+/// have both.
 pub(super) struct EndStop;
 
 impl Effect for EndStop {

@@ -1,4 +1,5 @@
-//! A spring whose stiffness grows in proportion to its force: a bump stop of foam, a wire rope that closes up, tissue.
+//! A spring whose stiffness grows in proportion to its force: a bump stop of foam, a wire rope that
+//! closes up, tissue.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::by_direction::{from_rest, strength};
@@ -7,7 +8,8 @@ use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)) with g(x) = e^((x − 1.25·x₁)/λ), at most 1: a quarter beyond what was measured it ends.
+/// r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)) with g(x) = e^((x − 1.25·x₁)/λ), at most 1: a quarter
+/// beyond what was measured it ends.
 pub(super) struct ExponentialSpring;
 
 impl Effect for ExponentialSpring {

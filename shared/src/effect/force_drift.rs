@@ -1,11 +1,13 @@
-//! Drift of the force channel: a bridge that warms up while a record runs, or a spring that is stretched by a displacement that drifts.
+//! Drift of the force channel: a bridge that warms up while a record runs, or a spring that is
+//! stretched by a displacement that drifts.
 
 use super::about::{About, Parameter, Role};
 use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r_measured − r = F₀ + Ḟ·t, with t the time since the record began, and F₀ and Ḟ others in every record.
+/// r_measured − r = F₀ + Ḟ·t, with t the time since the record began, and F₀ and Ḟ others in every
+/// record.
 pub(super) struct ForceDrift;
 
 impl Effect for ForceDrift {

@@ -1,4 +1,5 @@
-//! A wrong calibration of the force channel: every force is read too large or too small by the same share.
+//! A wrong calibration of the force channel: every force is read too large or too small by the same
+//! share.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States, Subsystem};

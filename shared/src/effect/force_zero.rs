@@ -1,4 +1,5 @@
-//! Zero of the force channel: a bridge that is not tared alike, or drifts between records, reads another force at rest in each of them.
+//! Zero of the force channel: a bridge that is not tared alike, or drifts between records, reads
+//! another force at rest in each of them.
 
 use super::about::{About, Parameter, Role};
 use super::{Effect, Kinematics, Parameters, States, Subsystem};

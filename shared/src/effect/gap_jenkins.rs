@@ -1,4 +1,5 @@
-//! Dry friction behind a spring and a gap: after every reversal the contact lets go, and nothing acts until the gap is crossed.
+//! Dry friction behind a spring and a gap: after every reversal the contact lets go, and nothing
+//! acts until the gap is crossed.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
@@ -7,9 +8,10 @@ use crate::units::Dimension;
 
 /// r = F_s·|w|ⁿ·sgn w with w = dz(z, 1 − c)/c and z ← z + Δx/u held between −1 and 1.
 ///
-/// z is the way from the slider, over the way u at which it slides. The first part (1 − c)·u of it crosses the gap, the rest
-/// c·u compresses the spring. Unlike free play before a Jenkins element the force falls to zero when the motion
-/// turns, and stays there through the whole gap. Without a gap (c = 1, n = 1) it is the Jenkins element.
+/// z is the way from the slider, over the way u at which it slides. The first part (1 − c)·u of it
+/// crosses the gap, the rest c·u compresses the spring. Unlike free play before a Jenkins element
+/// the force falls to zero when the motion turns, and stays there through the whole gap. Without a
+/// gap (c = 1, n = 1) it is the Jenkins element.
 pub(super) struct GapJenkins;
 
 /// The search for the travel from the middle of the gap to sliding.

@@ -1,4 +1,5 @@
-//! Dry friction behind a spring and a gap with a strength per direction, like a band brake that holds one way more than the other.
+//! Dry friction behind a spring and a gap with a strength per direction, like a band brake that
+//! holds one way more than the other.
 
 use super::about::About;
 use super::by_direction::{split, strength};

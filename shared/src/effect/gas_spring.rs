@@ -1,4 +1,5 @@
-//! A spring that stiffens toward a wall: enclosed gas behind a piston; nearly so the gap of a magnet, a bump stop.
+//! A spring that stiffens toward a wall: enclosed gas behind a piston; nearly so the gap of a
+//! magnet, a bump stop.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::by_direction::{from_rest, strength};
@@ -7,10 +8,12 @@ use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
-/// r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)) with g(x) = (1 + (x₁ − x)/d)⁻ⁿ, which is 1 at x₁ and infinite at the wall, d further on.
+/// r = F₊·(g(x) − g(0)) − F₋·(g(−x) − g(0)) with g(x) = (1 + (x₁ − x)/d)⁻ⁿ, which is 1 at x₁ and
+/// infinite at the wall, d further on.
 ///
-/// The index of gas is between 1, isothermal, and 1.4, adiabatic; it is not found, because another distance changes the curve nearly alike: 1.3
-/// follows both within 0.2 %, two magnets' gap within 2 %. The force ends at 7 times F: nobody has measured that near to the wall.
+/// The index of gas is between 1, isothermal, and 1.4, adiabatic; it is not found, because another
+/// distance changes the curve nearly alike: 1.3 follows both within 0.2 %, two magnets' gap within
+/// 2 %. The force ends at 7 times F: nobody has measured that near to the wall.
 pub(super) struct GasSpring;
 
 impl Effect for GasSpring {

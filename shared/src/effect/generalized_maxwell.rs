@@ -7,8 +7,9 @@ use crate::units::Dimension;
 
 /// r = k·Σ ρⁱ·yᵢ with ẏᵢ = ẋ − yᵢ/τᵢ and τᵢ = 4^(i−3)·τ, i from 0 to 3.
 ///
-/// Four Maxwell elements whose relaxation times are spread over a factor of 64 and whose stiffness falls by a power of them. With ρ = 4^(−p)
-/// the force of a held push falls as t^(−p) from τ/64 to τ, as that of a fractional derivative of order p does.
+/// Four Maxwell elements whose relaxation times are spread over a factor of 64 and whose stiffness
+/// falls by a power of them. With ρ = 4^(−p) the force of a held push falls as t^(−p) from τ/64 to
+/// τ, as that of a fractional derivative of order p does.
 pub(super) struct GeneralizedMaxwell;
 
 /// Elements: with a factor of 4 between their times, what they make of t^(−p) is smooth to 2 %.
@@ -70,7 +71,8 @@ impl Effect for GeneralizedMaxwell {
         at: &Kinematics<S>,
         states: &mut States<S>,
     ) -> [S; 2] {
-        // From the slowest element on: what half a sample leaves of each quicker one is the fourth power, which costs less than an exponential.
+        // From the slowest element on: what half a sample leaves of each quicker one is the fourth
+        // power, which costs less than an exponential.
         let mut half = (at.period.half() * per_relaxation).decay();
         let mut sum = S::zero();
         for (place, stretch) in states.iter_mut().take(ELEMENTS).rev().enumerate() {

@@ -1,4 +1,5 @@
-//! The weight of a body that turns about an axis that is not vertical: a pendulum, an arm, an unbalanced rotor.
+//! The weight of a body that turns about an axis that is not vertical: a pendulum, an arm, an
+//! unbalanced rotor.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, Kinematics, Parameters, States};
@@ -8,7 +9,8 @@ use core::f64::consts::TAU;
 
 /// r = A·sin q + B·cos q = m·g·l·sin(q − q₀), for an axis of rotation.
 ///
-/// m·g·l is √(A² + B²) and q₀ the angle of rest, −atan2(B, A). A pitch that is given, one turn, is what sets it apart from cogging.
+/// m·g·l is √(A² + B²) and q₀ the angle of rest, −atan2(B, A). A pitch that is given, one turn, is
+/// what sets it apart from cogging.
 pub(super) struct Gravity;
 
 impl Effect for Gravity {

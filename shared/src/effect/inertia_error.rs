@@ -5,7 +5,8 @@ use super::{Effect, Kinematics, Parameters, States, Subsystem};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r_measured − r = Δm·s·a: with r = s·(F − m·a), an inertia that is stated too small by Δm leaves this.
+/// r_measured − r = Δm·s·a: with r = s·(F − m·a), an inertia that is stated too small by Δm leaves
+/// this.
 pub(super) struct InertiaError;
 
 impl Effect for InertiaError {

@@ -1,4 +1,5 @@
-//! Friction that begins in places: a bolted lap whose contact slips from its edge inwards, element after element.
+//! Friction that begins in places: a bolted lap whose contact slips from its edge inwards, element
+//! after element.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
@@ -7,10 +8,12 @@ use crate::units::Dimension;
 
 /// r = K·Σ yᵢ/5 with yᵢ ← yᵢ + Δx held between ±uᵢ and uᵢ = u·e^(−s·i), i from 0 to 4.
 ///
-/// Five Jenkins elements of equal stiffness in parallel, their slip displacements spread geometrically. The largest force is K·Σ uᵢ/5.
+/// Five Jenkins elements of equal stiffness in parallel, their slip displacements spread
+/// geometrically. The largest force is K·Σ uᵢ/5.
 pub(super) struct Iwan;
 
-/// Elements: with more than five the curve's corners are finer than what separates it from Bouc–Wen.
+/// Elements: with more than five the curve's corners are finer than what separates it from
+/// Bouc–Wen.
 const ELEMENTS: usize = 5;
 
 impl Effect for Iwan {

@@ -1,4 +1,5 @@
-//! Dry friction behind a spring: it sticks elastically until the slip force is reached, then slides.
+//! Dry friction behind a spring: it sticks elastically until the slip force is reached, then
+//! slides.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
@@ -7,8 +8,8 @@ use crate::units::Dimension;
 
 /// r = F_s·z with z ← z + Δx/u_s held between −1 and 1.
 ///
-/// z is the stretch of the spring over the stretch at which the slider lets go. Held along a path from one extreme to the
-/// next, that is exact at any sample rate: there is nothing to integrate.
+/// z is the stretch of the spring over the stretch at which the slider lets go. Held along a path
+/// from one extreme to the next, that is exact at any sample rate: there is nothing to integrate.
 pub(super) struct Jenkins;
 
 /// The search for the displacement that a stuck contact gives way by.
@@ -26,9 +27,10 @@ impl Effect for Jenkins {
     const TAG: u8 = 13;
     const LOOKS_LIKE: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1)];
-    // What a sample adds is the difference of two rounded positions, so that roundings cancel along any path. The slider, too,
-    // passes on errors of its input and gathers none: its position follows the largest of them at most once, and the spring's
-    // stretch, input minus slider, at most twice (P. Krejčí, Hysteresis, Convexity and Dissipation in Hyperbolic Equations,
+    // What a sample adds is the difference of two rounded positions, so that roundings cancel along
+    // any path. The slider, too, passes on errors of its input and gathers none: its position
+    // follows the largest of them at most once, and the spring's stretch, input minus slider,
+    // at most twice (P. Krejčí, Hysteresis, Convexity and Dissipation in Hyperbolic Equations,
     // 1996). The error of a step counts both positions and so is that bound.
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::Within(1);
 

@@ -1,4 +1,5 @@
-//! Dry friction that follows a reversal late, like that of a damper whose fluid has to build up its structure or its pressure first.
+//! Dry friction that follows a reversal late, like that of a damper whose fluid has to build up its
+//! structure or its pressure first.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
@@ -7,9 +8,9 @@ use crate::units::Dimension;
 
 /// r = F_c·z with τ·ż = tanh(ẋ/v_t) − z.
 ///
-/// Between two samples what the lag follows is taken to change on a straight line, of which the step is exact but for a part of (T/τ)⁴/2000.
-/// Of a switch sharper than the lag nothing is left to see,
-/// so the search for v_t begins wider than that of dry friction.
+/// Between two samples what the lag follows is taken to change on a straight line, of which the
+/// step is exact but for a part of (T/τ)⁴/2000. Of a switch sharper than the lag nothing is left to
+/// see, so the search for v_t begins wider than that of dry friction.
 pub(super) struct LaggedFriction;
 
 impl Effect for LaggedFriction {

@@ -1,4 +1,5 @@
-//! What a physical effect is: what it sees of the joint, what it tells of itself, and how the table lists it.
+//! What a physical effect is: what it sees of the joint, what it tells of itself, and how the table
+//! lists it.
 
 use super::about::About;
 #[cfg(feature = "fit")]
@@ -34,12 +35,14 @@ pub struct Kinematics<S> {
     pub other_velocity: S,
     /// Time from one sample to the next.
     pub period: S,
-    /// What the instruments say besides: for effects of the instrument, which only the host evaluates.
+    /// What the instruments say besides: for effects of the instrument, which only the host
+    /// evaluates.
     pub instrument: Instrument<S>,
 }
 
-/// What the instruments of a rig say about one sample besides the joint's motion, signed as it enters the restoring force of
-/// the axis that the effect is bound to (s·(F − m·a), with s = 1 or −1 as the study's convention says). All 0 on the device.
+/// What the instruments of a rig say about one sample besides the joint's motion, signed as it
+/// enters the restoring force of the axis that the effect is bound to (s·(F − m·a), with s = 1 or
+/// −1 as the study's convention says). All 0 on the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instrument<S> {
     /// Time since the record began.
@@ -52,13 +55,14 @@ pub struct Instrument<S> {
     pub force_rate: S,
     /// s·F of the other axis.
     pub other_force: S,
-    /// Where in its turn, from 0 to 1, what repeats with time alone was when the record began: nobody knows it beforehand, so
-    /// it is found in every record anew.
+    /// Where in its turn, from 0 to 1, what repeats with time alone was when the record began:
+    /// nobody knows it beforehand, so it is found in every record anew.
     pub phase: S,
 }
 
 impl<S: Scalar> Kinematics<S> {
-    /// What the displacement has changed by since the sample before, in units of the length whose reciprocal is `per_length`.
+    /// What the displacement has changed by since the sample before, in units of the length whose
+    /// reciprocal is `per_length`.
     ///
     /// Its roundings do not add up along a path ([`Scalar::change`]).
     pub fn travel(&self, per_length: S) -> S {
@@ -95,10 +99,11 @@ impl<S: Scalar> Instrument<S> {
 pub enum Subsystem {
     /// To the joint: it is part of its model, on the host and on the device.
     Plant,
-    /// To the joint, as it changes while a record runs: it explains data on the host and is refused at export, because a
-    /// device that never stops does not know when a record began.
+    /// To the joint, as it changes while a record runs: it explains data on the host and is refused
+    /// at export, because a device that never stops does not know when a record began.
     TimeVaryingPlant,
-    /// To the instruments: it corrects a channel of the study, and reaches the device in the rig block.
+    /// To the instruments: it corrects a channel of the study, and reaches the device in the rig
+    /// block.
     Sensor,
 }
 
@@ -118,14 +123,16 @@ pub enum StateBound {
     Number(i32),
     /// This many times half the range of the displacement; the state is a displacement.
     Displacement(i32),
-    /// The largest magnitude of the displacement in the training range; the state is a displacement.
+    /// The largest magnitude of the displacement in the training range; the state is a
+    /// displacement.
     FromZero,
 }
 
 /// How the device's error of an internal state fades, so that a bound holds for any length of run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ErrorPropagation {
-    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for more (docs/explanation/numerics.md).
+    /// It never exceeds this many times what a sample at rest may add: proven for 1, measured for
+    /// more (docs/explanation/numerics.md).
     Within(i32),
     /// Every sample keeps a share of it below 1, whatever the motion; the interval law says which.
     WithTime,
@@ -146,16 +153,20 @@ pub trait Effect {
     const ACTS: Acts = Acts::OwnAxis;
     /// Whether it belongs to the joint or to an instrument.
     const SUBSYSTEM: Subsystem = Subsystem::Plant;
-    /// Effects that a model cannot have on the same axis beside this one, because only their sum shows.
+    /// Effects that a model cannot have on the same axis beside this one, because only their sum
+    /// shows.
     const NEVER_WITH: &'static [&'static str] = &[];
-    /// Effects that are this one with special values of its strengths: beside it on one axis they are one too many, and adding
-    /// it to a model takes them out.
+    /// Effects that are this one with special values of its strengths: beside it on one axis they
+    /// are one too many, and adding it to a model takes them out.
     const REPLACES: &'static [&'static str] = &[];
-    /// Effects that measurements cannot tell from this one in general: naming one of them for it is not wrong.
+    /// Effects that measurements cannot tell from this one in general: naming one of them for it is
+    /// not wrong.
     const LOOKS_LIKE: &'static [&'static str] = &[];
-    /// Pairs of parameters, by their places, of which the first is never less than the second in nature, and no more than three times it.
+    /// Pairs of parameters, by their places, of which the first is never less than the second in
+    /// nature, and no more than three times it.
     const NEVER_LESS: &'static [(usize, usize)] = &[];
-    /// Strengths, by their places, that may be nothing as long as one of them is not: a contact on one side is a contact.
+    /// Strengths, by their places, that may be nothing as long as one of them is not: a contact on
+    /// one side is a contact.
     const ONE_IS_ENOUGH: &'static [usize] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
@@ -170,8 +181,8 @@ pub trait Effect {
 
     /// The force at one sample, after the internal states have been brought to it.
     ///
-    /// Linear in every parameter that is declared linear, so that setting one of them to 1 and the others to 0 gives
-    /// its share.
+    /// Linear in every parameter that is declared linear, so that setting one of them to 1 and the
+    /// others to 0 gives its share.
     fn law<S: Scalar>(
         parameters: &Parameters<S>,
         at: &Kinematics<S>,
@@ -194,7 +205,8 @@ pub struct Entry {
     pub state_bounds: &'static [StateBound],
     /// [`Effect::ERROR_PROPAGATION`].
     pub error_propagation: ErrorPropagation,
-    /// The law on the device; no force for an effect that does not belong to the joint, which no model on a device can have.
+    /// The law on the device; no force for an effect that does not belong to the joint, which no
+    /// model on a device can have.
     pub device: Law<Q>,
     /// The law that predicts.
     #[cfg(feature = "fit")]
@@ -280,7 +292,8 @@ impl Entry {
         }
     }
 
-    /// Whether it needs a joint of two axes: it acts on both, or its parameters are measured against the other axis's.
+    /// Whether it needs a joint of two axes: it acts on both, or its parameters are measured
+    /// against the other axis's.
     #[cfg(feature = "fit")]
     pub fn needs_two_axes(&self) -> bool {
         let crosses = |parameter: &Parameter| parameter.dimension.has_other_axis();
@@ -293,7 +306,8 @@ impl Entry {
         self.phases_per_record() > 0
     }
 
-    /// Phases at which it is evaluated in each record to find its size there, [`Parameter::phases`]; 0 when no size is a record's own.
+    /// Phases at which it is evaluated in each record to find its size there,
+    /// [`Parameter::phases`]; 0 when no size is a record's own.
     #[cfg(feature = "fit")]
     pub fn phases_per_record(&self) -> usize {
         let phases = self.about.parameters.iter().map(Parameter::phases);
@@ -312,7 +326,8 @@ impl Entry {
         self.phases_per_record() == 2
     }
 
-    /// The place of the length after which its force repeats, where it is a wave over the displacement.
+    /// The place of the length after which its force repeats, where it is a wave over the
+    /// displacement.
     #[cfg(feature = "fit")]
     pub fn pitch(&self) -> Option<usize> {
         self.parameters().iter().position(|p| p.name == "pitch")

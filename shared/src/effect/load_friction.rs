@@ -1,4 +1,5 @@
-//! Dry friction of a contact that the joint's own deflection presses together: ring springs, leaf springs, wedges.
+//! Dry friction of a contact that the joint's own deflection presses together: ring springs, leaf
+//! springs, wedges.
 
 use super::about::{About, Parameter, Role};
 use super::position_friction::TRANSITION_OF_COULOMB;

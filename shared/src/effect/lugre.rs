@@ -1,4 +1,5 @@
-//! Friction of bristles that bend before they slip, slip at a force that falls with speed, and are damped while they bend.
+//! Friction of bristles that bend before they slip, slip at a force that falls with speed, and are
+//! damped while they bend.
 
 use super::about::{About, Parameter, Role};
 use super::dahl::{BREAKAWAY, relax};
@@ -7,12 +8,14 @@ use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = g(ẋ)·z + σ₁·(ẋ − |ẋ|·z) with dz/dx = (1 − z·sgn ẋ)/u and g(ẋ) = F_c + (F_s − F_c)·exp(−(ẋ/v_s)²).
+/// r = g(ẋ)·z + σ₁·(ẋ − |ẋ|·z) with dz/dx = (1 − z·sgn ẋ)/u and g(ẋ) = F_c + (F_s −
+/// F_c)·exp(−(ẋ/v_s)²).
 ///
-/// z is the bend of the bristles over the bend at which they slip. In Canudas de Wit's notation it is σ₀·z/g(v) and u = g(v)/σ₀ at
-/// rest, F_s/σ₀; here u keeps this value at all speeds, so bristles that slip earlier are softer in proportion. At constant
-/// speed and near rest both say the same, and this one keeps its state within ±1 and needs no quotient.
-/// A viscous part (σ₂) is the effect `viscous`.
+/// z is the bend of the bristles over the bend at which they slip. In Canudas de Wit's notation it
+/// is σ₀·z/g(v) and u = g(v)/σ₀ at rest, F_s/σ₀; here u keeps this value at all speeds, so bristles
+/// that slip earlier are softer in proportion. At constant speed and near rest both say the same,
+/// and this one keeps its state within ±1 and needs no quotient. A viscous part (σ₂) is the effect
+/// `viscous`.
 pub(super) struct LuGre;
 
 impl Effect for LuGre {

@@ -1,4 +1,5 @@
-//! Mains hum: the force channel's wiring picks up the mains, whose line then stands in the force whatever the joint does.
+//! Mains hum: the force channel's wiring picks up the mains, whose line then stands in the force
+//! whatever the joint does.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, Kinematics, Parameters, States, Subsystem};
@@ -33,7 +34,8 @@ impl Effect for MainsHum {
                 meaning: "frequency of the line",
                 dimension: Dimension::TIME.inverse(),
                 role: Role::Shape(Shape {
-                    // What the grids of the world are held to; the spectrum of the residual says where in their neighbourhood.
+                    // What the grids of the world are held to; the spectrum of the residual says
+                    // where in their neighbourhood.
                     starts: &[50.0, 60.0],
                     least: 10.0,
                     most: 1000.0,

@@ -7,8 +7,8 @@ use crate::units::Dimension;
 
 /// r = k·y with ẏ = ẋ − y/τ, y the stretch of the spring and τ = c/k.
 ///
-/// Between two samples the stretch decays by e^(−T/τ); the sample's own travel is taken to be made in the middle, which for
-/// constant velocity is off by (T/τ)²/24.
+/// Between two samples the stretch decays by e^(−T/τ); the sample's own travel is taken to be made
+/// in the middle, which for constant velocity is off by (T/τ)²/24.
 pub(super) struct Maxwell;
 
 impl Effect for Maxwell {

@@ -1,7 +1,8 @@
-//! Physical effects: force laws with named parameters, each in a file of its own, and the one table that lists them.
+//! Physical effects: force laws with named parameters, each in a file of its own, and the one table
+//! that lists them.
 //!
-//! A new effect is a new file here and one line in [`EFFECTS`]. Everything else (the command line, fits, diagnosis, the
-//! device, the docs and the tests) walks the table.
+//! A new effect is a new file here and one line in [`EFFECTS`]. Everything else (the command line,
+//! fits, diagnosis, the device, the docs and the tests) walks the table.
 
 pub mod about;
 mod backlash;

@@ -1,4 +1,5 @@
-//! A spring that has become softer with the largest displacement that it has seen, like filled rubber.
+//! A spring that has become softer with the largest displacement that it has seen, like filled
+//! rubber.
 
 use super::about::{About, Parameter};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};

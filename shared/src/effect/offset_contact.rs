@@ -1,4 +1,5 @@
-//! A contact that is met anywhere in the travel and whose force follows a power of the penetration: a ball in a pressed bearing.
+//! A contact that is met anywhere in the travel and whose force follows a power of the penetration:
+//! a ball in a pressed bearing.
 
 use super::about::About;
 use super::by_direction::strength;
@@ -9,7 +10,8 @@ use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::{Powers, Scalar};
 use crate::units::Dimension;
 
-/// r = F₊·max(1 + (x − d_u)/x₁, 0)ᵖ − F₋·max(1 − (x + d_l)/x₁, 0)ᵖ, places counted as in [`super::offset_stops`].
+/// r = F₊·max(1 + (x − d_u)/x₁, 0)ᵖ − F₋·max(1 − (x + d_l)/x₁, 0)ᵖ, places counted as in
+/// [`super::offset_stops`].
 pub(super) struct OffsetContact;
 
 impl Effect for OffsetContact {

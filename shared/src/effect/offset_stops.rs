@@ -1,4 +1,5 @@
-//! Stops that are met anywhere in the travel, each at a place of its own: a play that is off centre, a pressed contact that lifts off.
+//! Stops that are met anywhere in the travel, each at a place of its own: a play that is off
+//! centre, a pressed contact that lifts off.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, Kinematics, Parameters, States};
@@ -7,8 +8,8 @@ use crate::units::Dimension;
 
 /// r = k_u·max(x + x₁ − d_u, 0) + k_l·min(x − x₁ + d_l, 0).
 ///
-/// Where a stop is met is counted from the far end of the travel, −x₁ for the upper one and x₁ for the lower one: so both distances are
-/// positive wherever the stops are.
+/// Where a stop is met is counted from the far end of the travel, −x₁ for the upper one and x₁ for
+/// the lower one: so both distances are positive wherever the stops are.
 pub(super) struct OffsetStops;
 
 /// Where the search for a stop begins, from its far end: 1 is the middle of the travel.

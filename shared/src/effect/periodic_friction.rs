@@ -1,4 +1,5 @@
-//! Dry friction that repeats with the displacement: a screw that is not straight, a gear whose teeth differ, balls that enter a race.
+//! Dry friction that repeats with the displacement: a screw that is not straight, a gear whose
+//! teeth differ, balls that enter a race.
 
 use super::about::{About, Parameter, Role};
 use super::cogging::Cogging;
@@ -7,7 +8,8 @@ use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = (A·sin(2πx/p) + B·cos(2πx/p))·tanh(ẋ/v_t): what friction changes by along a pitch, beside dry friction.
+/// r = (A·sin(2πx/p) + B·cos(2πx/p))·tanh(ẋ/v_t): what friction changes by along a pitch, beside
+/// dry friction.
 pub(super) struct PeriodicFriction;
 
 impl Effect for PeriodicFriction {

@@ -1,4 +1,5 @@
-//! Dry friction that differs from place to place: a guide that is tighter at one end, a seal that wears in the middle.
+//! Dry friction that differs from place to place: a guide that is tighter at one end, a seal that
+//! wears in the middle.
 
 use super::about::{About, Parameter, Role, Shape, Tie};
 use super::coulomb::TRANSITION;
@@ -6,7 +7,8 @@ use super::{Effect, Kinematics, Parameters, States};
 use crate::scalar::Scalar;
 use crate::units::Dimension;
 
-/// r = (F₁·x + F₂·x²)·tanh(ẋ/v_t): what friction changes by along the travel, beside dry friction F_c at zero displacement.
+/// r = (F₁·x + F₂·x²)·tanh(ẋ/v_t): what friction changes by along the travel, beside dry friction
+/// F_c at zero displacement.
 pub(super) struct PositionFriction;
 
 impl Effect for PositionFriction {
@@ -59,8 +61,8 @@ impl Effect for PositionFriction {
     }
 }
 
-/// The velocity within which dry friction changes its sign, where the model has it; friction that only follows the place or the load of the
-/// contact changes its sign with it.
+/// The velocity within which dry friction changes its sign, where the model has it; friction that
+/// only follows the place or the load of the contact changes its sign with it.
 pub(super) const TRANSITION_OF_COULOMB: Shape = Shape {
     tie: Some(Tie {
         effect: "coulomb",

@@ -1,4 +1,5 @@
-//! Contacts on either side of a gap whose force follows a power of what they are pressed by, like rubber buffers or balls.
+//! Contacts on either side of a gap whose force follows a power of what they are pressed by, like
+//! rubber buffers or balls.
 
 use super::about::{About, Parameter, Role};
 use super::by_direction::{split, strength};

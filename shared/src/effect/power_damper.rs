@@ -1,4 +1,5 @@
-//! A damper whose force follows a power of the velocity: a fluid damper with shaped orifices, or one with a silicone fluid.
+//! A damper whose force follows a power of the velocity: a fluid damper with shaped orifices, or
+//! one with a silicone fluid.
 
 use super::about::{About, Parameter};
 use super::power_law::{exponent, reference, signed_power};

@@ -1,11 +1,12 @@
-//! What the laws with a power share: the power of a number of either sign, the search for its exponent, and the motion that it is
-//! relative to.
+//! What the laws with a power share: the power of a number of either sign, the search for its
+//! exponent, and the motion that it is relative to.
 
 use super::about::{Parameter, Role, Shape};
 use crate::scalar::{Number, Powers, Scalar};
 use crate::units::Dimension;
 
-/// A power below 1 is infinitely steep at 0, and a device has no such number: within this part of the reference it is a straight line.
+/// A power below 1 is infinitely steep at 0, and a device has no such number: within this part of
+/// the reference it is a straight line.
 const STRAIGHT: i32 = 256;
 
 /// |u|ⁿ·sgn u; within ±1/256 the straight line to there.
@@ -32,7 +33,8 @@ pub(super) const fn exponent(starts: &'static [f64], least: f64, most: f64) -> P
     }
 }
 
-/// The motion at which the power is 1. It is not found: it is the largest in the training records, so that the strength is a force.
+/// The motion at which the power is 1. It is not found: it is the largest in the training records,
+/// so that the strength is a force.
 pub(super) const fn reference(
     name: &'static str,
     symbol: &'static str,

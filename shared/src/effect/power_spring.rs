@@ -1,4 +1,5 @@
-//! A spring whose force follows a power of the displacement: a Hertzian contact, a conical coil, a rubber that flattens.
+//! A spring whose force follows a power of the displacement: a Hertzian contact, a conical coil, a
+//! rubber that flattens.
 
 use super::about::{About, Parameter};
 use super::power_law::{exponent, reference, signed_power};

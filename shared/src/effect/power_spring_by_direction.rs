@@ -1,4 +1,5 @@
-//! A spring whose force follows a power of the displacement, with another strength for push than for pull.
+//! A spring whose force follows a power of the displacement, with another strength for push than
+//! for pull.
 
 use super::about::About;
 use super::by_direction::{split, strength};

@@ -1,4 +1,5 @@
-//! Flag-shaped hysteresis: superelastic shape-memory alloys, ring springs and rocking joints held by tendons lose energy and return to their zero.
+//! Flag-shaped hysteresis: superelastic shape-memory alloys, ring springs and rocking joints held
+//! by tendons lose energy and return to their zero.
 
 use super::about::{About, Parameter, Role, Shape};
 use super::{Effect, ErrorPropagation, Kinematics, Parameters, StateBound, States};
@@ -7,9 +8,11 @@ use crate::units::Dimension;
 
 /// r = k·(x − s), s held between dz(x, d) and dz(x, (1 − β)·d).
 ///
-/// s is the part of the displacement that the activated material or the open joint takes up. It follows the outer of the two curves while
-/// loading and the inner one while unloading: a play between two dead zones, exact at any sample rate. Beside a spring k₂ the stiffness is
-/// k + k₂ before activation and k₂ after it. With β = 0 there is no loop, and it is a spring that gives way.
+/// s is the part of the displacement that the activated material or the open joint takes up. It
+/// follows the outer of the two curves while loading and the inner one while unloading: a play
+/// between two dead zones, exact at any sample rate. Beside a spring k₂ the stiffness is
+/// k + k₂ before activation and k₂ after it. With β = 0 there is no loop, and it is a spring that
+/// gives way.
 pub(super) struct SelfCentring;
 
 impl Effect for SelfCentring {

@@ -1,4 +1,5 @@
-//! A spring whose stiffness follows the square of the other axis's displacement: an arm that tightens when it is turned either way.
+//! A spring whose stiffness follows the square of the other axis's displacement: an arm that
+//! tightens when it is turned either way.
 
 use super::about::{About, Parameter};
 use super::{Effect, Kinematics, Parameters, States};
@@ -7,7 +8,8 @@ use crate::units::Dimension;
 
 /// r = k₂·x·φ².
 ///
-/// It is the force of the energy ½·k₂·x²·φ²; the same energy's moment k₂·x²·φ is the other axis's `stiffness_by_other_squared`.
+/// It is the force of the energy ½·k₂·x²·φ²; the same energy's moment k₂·x²·φ is the other axis's
+/// `stiffness_by_other_squared`.
 pub(super) struct StiffnessByOtherSquared;
 
 impl Effect for StiffnessByOtherSquared {

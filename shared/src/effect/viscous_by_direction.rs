@@ -1,4 +1,5 @@
-//! A damper with a strength per direction, like a shock absorber that rebounds slower than it is compressed.
+//! A damper with a strength per direction, like a shock absorber that rebounds slower than it is
+//! compressed.
 
 use super::about::About;
 use super::by_direction::{split, strength};

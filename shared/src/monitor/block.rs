@@ -1,10 +1,12 @@
-//! One block of residuals of one axis: how large the error is beside the force, and whether it goes with displacement or velocity.
+//! One block of residuals of one axis: how large the error is beside the force, and whether it goes
+//! with displacement or velocity.
 
 use super::limits::AxisLimits;
 use super::logarithm::{OCTAVE, SHARE, exp2, log2};
 
-/// Between which forces one is counted, in the monitor's units: 128 times the validation records' RMS force at least. The bounds of a
-/// number of 24 bits, to which a processor saturates in one instruction.
+/// Between which forces one is counted, in the monitor's units: 128 times the validation records'
+/// RMS force at least. The bounds of a number of 24 bits, to which a processor saturates in one
+/// instruction.
 const FORCES: [i32; 2] = [-(1 << 23), (1 << 23) - 1];
 
 /// What of one output has to wait for the low-pass over the residual, of one axis.
@@ -46,7 +48,8 @@ impl Waiting {
         }
     }
 
-    /// With the residual of the same instant. Only what is summed up is brought into the monitor's units.
+    /// With the residual of the same instant. Only what is summed up is brought into the monitor's
+    /// units.
     #[inline(always)]
     pub(super) fn with(&self, residual: i32, limits: &AxisLimits) -> Sample {
         let shift = limits.force_shift;
@@ -106,7 +109,8 @@ impl Sums {
         log2(self.force as u64 + (limits.force_power << (log_values & 15)))
     }
 
-    /// The part of the residual that goes with the displacement (0) or the velocity (1), before the level of motion is taken off.
+    /// The part of the residual that goes with the displacement (0) or the velocity (1), before the
+    /// level of motion is taken off.
     pub(super) fn share(
         &self,
         limits: &AxisLimits,
@@ -135,7 +139,8 @@ impl Sums {
         [stiffness, friction]: [i32; 2],
     ) -> Statistics {
         let log_values = log_values & 15;
-        // Displacement: the joint's nonlinearity, which a model misses some of, is one of displacement first of all.
+        // Displacement: the joint's nonlinearity, which a model misses some of, is one of
+        // displacement first of all.
         let [travel, _] = self.state;
         let [usual, _] = limits.state_power;
         let level = log2(travel as u64) - log2(usual << log_values);
@@ -153,15 +158,17 @@ impl Sums {
     }
 }
 
-/// A gross change is judged where the power of the force that the model expects, or of the one that is there, is at least this part of
-/// the [usual](AxisLimits::usual_power) one: a joint that has lost its force is judged by the one that should be there. The other statistics
-/// are shares of the measured force, and take blocks in which that has this part of the validation records' power, and the travel is
-/// above the bottom of [`LEVELS`]: how large a healthy share is was not measured below. Where only the model expects a force, the share is
-/// that of the model's worst moments, and limits that allow for those find a small change late.
+/// A gross change is judged where the power of the force that the model expects, or of the one that
+/// is there, is at least this part of the [usual](AxisLimits::usual_power) one: a joint that has
+/// lost its force is judged by the one that should be there. The other statistics are shares of the
+/// measured force, and take blocks in which that has this part of the validation records' power,
+/// and the travel is above the bottom of [`LEVELS`]: how large a healthy share is was not measured
+/// below. Where only the model expects a force, the share is that of the model's worst moments, and
+/// limits that allow for those find a small change late.
 const GENTLEST: u64 = 4;
 
-/// Sums over the residuals of a block that no fault of a sensor spoils, whether the states are inside the training range or not, in the
-/// monitor's units.
+/// Sums over the residuals of a block that no fault of a sensor spoils, whether the states are
+/// inside the training range or not, in the monitor's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct GrossSums {
     /// Σ e², e the residual in the common band.
@@ -177,7 +184,8 @@ pub struct GrossSums {
 pub struct Gross {
     /// 0: less force than the model expects; 1: more.
     pub side: usize,
-    /// log₂(Σe²/(the larger of Σr² and Σp² + the usual power)) in 1/1024 octaves: 0 where all of a large force is missing, or none was expected.
+    /// log₂(Σe²/(the larger of Σr² and Σp² + the usual power)) in 1/1024 octaves: 0 where all of a
+    /// large force is missing, or none was expected.
     pub value: i32,
 }
 
@@ -191,8 +199,9 @@ impl GrossSums {
         self.predicted += square(at.predicted);
     }
 
-    /// What a full block of 2^`log_values` residuals says; none where neither force is large enough. `outside`: whether some of them
-    /// were spoilt by a state outside the training range.
+    /// What a full block of 2^`log_values` residuals says; none where neither force is large
+    /// enough. `outside`: whether some of them were spoilt by a state outside the training
+    /// range.
     pub fn judged(&self, limits: &AxisLimits, log_values: u32, outside: bool) -> Option<Gross> {
         let usual = limits.usual_power(log_values);
         let (larger, side) = if self.force < self.predicted {
@@ -200,7 +209,8 @@ impl GrossSums {
         } else {
             (self.force, 1)
         };
-        // The prediction is held at the edge of the range: there only a force that is gone is evidence.
+        // The prediction is held at the edge of the range: there only a force that is gone is
+        // evidence.
         let beyond = outside && self.force >= limits.gone_outside(self.predicted);
         if (larger as u64) < usual / GENTLEST || beyond {
             return None;
@@ -215,12 +225,14 @@ impl GrossSums {
 /// The dependence on the level of motion is followed for so many octaves of power either way.
 const LEVELS: i32 = 3;
 
-/// What a block says about one axis. P̄ and Ū² are the mean squares on the validation records ([`AxisLimits`]), which
-/// stand in the denominators so that a joint that is driven gently is not judged by the quotient of two small numbers.
+/// What a block says about one axis. P̄ and Ū² are the mean squares on the validation records
+/// ([`AxisLimits`]), which stand in the denominators so that a joint that is driven gently is not
+/// judged by the quotient of two small numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
-    /// log₂(Σx²/(n·Ū²)) in 1/1024 octaves, held to ±3 octaves: how far the joint travels, beside the validation records. What
-    /// a healthy joint's statistics owe to it ([`AxisLimits::per_octave`]) is taken off those below.
+    /// log₂(Σx²/(n·Ū²)) in 1/1024 octaves, held to ±3 octaves: how far the joint travels, beside
+    /// the validation records. What a healthy joint's statistics owe to it
+    /// ([`AxisLimits::per_octave`]) is taken off those below.
     pub level: i32,
     /// log₂(Σe²/(Σr² + n·P̄)) in 1/1024 octaves.
     pub error: i32,
@@ -232,8 +244,8 @@ pub struct Statistics {
     pub moves: bool,
 }
 
-/// The shift of [`Statistics::stiffness`] or `friction` that a change by this part of the RMS force makes on a joint driven
-/// as on the validation records, where either denominator is twice the sum.
+/// The shift of [`Statistics::stiffness`] or `friction` that a change by this part of the RMS force
+/// makes on a joint driven as on the validation records, where either denominator is twice the sum.
 pub fn share_of_change(part: f64) -> f64 {
     part * f64::from(SHARE) / 2.0
 }
@@ -244,7 +256,8 @@ mod tests {
     use super::super::limits::tests::axis;
     use super::*;
 
-    /// A block of a sine motion of the validation level whose residual is `stiffer` of the force along x and `rougher` along v.
+    /// A block of a sine motion of the validation level whose residual is `stiffer` of the force
+    /// along x and `rougher` along v.
     fn block(stiffer: f64, rougher: f64, level: f64) -> Sums {
         let limits = axis();
         let mut sums = Sums::default();
@@ -342,7 +355,8 @@ mod tests {
         ] {
             assert_eq!(gross(&limits, usual, force, predicted, outside), wanted);
         }
-        // A model with four octaves to spare is judged by a sixteenth of what it takes else, and outside its range by any missing force.
+        // A model with four octaves to spare is judged by a sixteenth of what it takes else, and
+        // outside its range by any missing force.
         limits.error.drift = -11 * OCTAVE;
         let gentle = usual / 16;
         for (force, predicted, outside, wanted) in [

@@ -1,5 +1,5 @@
-//! The end of a block: the sensors' figures, what the last residuals say about each axis, and the verdict; a step per sample, so that
-//! no sample takes much longer than the others.
+//! The end of a block: the sensors' figures, what the last residuals say about each axis, and the
+//! verdict; a step per sample, so that no sample takes much longer than the others.
 
 use super::block::Gross;
 use super::judged::Reason;
@@ -17,7 +17,8 @@ impl<S: Default + Copy> Block<S> {
 }
 
 impl Monitor {
-    /// Begins the end of a block when it is time, or does its next step; whether there was something to do.
+    /// Begins the end of a block when it is time, or does its next step; whether there was
+    /// something to do.
     pub(super) fn end(&self, state: &mut MonitorState) -> bool {
         let blocks = state.ticks >> (self.log_block & 31);
         if state.ending.is_under_way() {

@@ -1,15 +1,18 @@
-//! How much of the recent time an axis was judged, how long ago it was last, and what kept it from being judged.
+//! How much of the recent time an axis was judged, how long ago it was last, and what kept it from
+//! being judged.
 //!
-//! *Healthy* is a statement about what was seen: it is made when enough blocks were judged and no sum stands near its threshold, and ends
-//! when too few of the recent ones were judged.
+//! *Healthy* is a statement about what was seen: it is made when enough blocks were judged and no
+//! sum stands near its threshold, and ends when too few of the recent ones were judged.
 
 use super::verdict::Cause;
 
 /// Blocks of the recent time: some 8 s.
 pub const RECENT: u32 = 128;
-/// The fewest judged blocks of the recent time after which a joint is called healthy: as many as an alarm by the error takes.
+/// The fewest judged blocks of the recent time after which a joint is called healthy: as many as an
+/// alarm by the error takes.
 const FEWEST: u32 = 16;
-/// A joint is called healthy from a quarter of the recent time on, and no longer where less than a fifth was judged.
+/// A joint is called healthy from a quarter of the recent time on, and no longer where less than a
+/// fifth was judged.
 const BEGINS: u32 = 4;
 const ENDS: u32 = 5;
 /// Binary logarithm of the unjudged blocks over which the reasons are weighed.
@@ -48,8 +51,9 @@ pub(super) struct Judged {
 }
 
 impl Judged {
-    /// Ends `blocks` blocks, all but the last of them in a gap; what kept the last from being judged, if anything did. Healthy begins only
-    /// where the sums are `low`: a joint that was changed before the power came on would else be called healthy until it is found.
+    /// Ends `blocks` blocks, all but the last of them in a gap; what kept the last from being
+    /// judged, if anything did. Healthy begins only where the sums are `low`: a joint that was
+    /// changed before the power came on would else be called healthy until it is found.
     pub(super) fn end(&mut self, blocks: u32, unjudged: Option<Reason>, low: bool) {
         let gap = blocks.saturating_sub(1);
         if gap > 0 {

@@ -1,4 +1,5 @@
-//! Cumulative sums: a small change that lasts adds up, chance does not (Page, Biometrika 41, 1954, 100–115).
+//! Cumulative sums: a small change that lasts adds up, chance does not (Page, Biometrika 41, 1954,
+//! 100–115).
 
 use super::block::Statistics;
 use super::limits::{Cusum, SIDES};
@@ -17,21 +18,23 @@ pub(super) const CAUSES: [Cause; SIDES] = [
     Cause::ForceGone,
     Cause::ForceUnexpected,
 ];
-/// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which have a direction to be told by.
+/// The fewest blocks that raise an alarm: of the error, and of a stiffness or a friction, which
+/// have a direction to be told by.
 const MIN_BLOCKS: [i32; 2] = [16, 6];
-/// What one block adds to the sum of a stiffness or a friction at most, in the unit of [`SHARE`]: three quarters of the shift that a
-/// change by 10 % of the RMS force makes.
+/// What one block adds to the sum of a stiffness or a friction at most, in the unit of [`SHARE`]:
+/// three quarters of the shift that a change by 10 % of the RMS force makes.
 pub const MAX_OF_SHARE: i32 = 3 * SHARE / 80;
 
-/// The fewest blocks that raise an alarm by statistic `side` (0: the error). A gross change takes as few as a direction.
+/// The fewest blocks that raise an alarm by statistic `side` (0: the error). A gross change takes
+/// as few as a direction.
 pub fn least_blocks(side: usize) -> i32 {
     let [error, share] = MIN_BLOCKS;
     if side == 0 { error } else { share }
 }
 
-/// What one block adds to the sum of statistic `side` (0: the error) at most. A model that is wrong for a moment, where the
-/// joint goes far, is wrong for some blocks in a row and by many times its usual error; held to this, such a burst counts for little
-/// beside a change that lasts.
+/// What one block adds to the sum of statistic `side` (0: the error) at most. A model that is wrong
+/// for a moment, where the joint goes far, is wrong for some blocks in a row and by many times its
+/// usual error; held to this, such a burst counts for little beside a change that lasts.
 pub fn most_of_block(side: usize, threshold: i32) -> i32 {
     let part = threshold / least_blocks(side) + 1;
     if (1..GROSS).contains(&side) {
@@ -57,7 +60,8 @@ pub(super) struct Level {
     pub(super) onset: Onset,
 }
 
-/// The values whose cumulative sums are kept, in the order of [`CAUSES`], without those of a gross change.
+/// The values whose cumulative sums are kept, in the order of [`CAUSES`], without those of a gross
+/// change.
 pub(super) fn values(seen: &Statistics) -> [i32; GROSS] {
     let (stiffness, friction) = (seen.stiffness, seen.friction);
     [
@@ -70,8 +74,8 @@ pub(super) fn values(seen: &Statistics) -> [i32; GROSS] {
 }
 
 impl Level {
-    /// S ← max(0, S + min(y − drift, most)), `most` as [`most_of_block`] has it; the sum is held at one and a half thresholds, so
-    /// that a joint that is well again is found so.
+    /// S ← max(0, S + min(y − drift, most)), `most` as [`most_of_block`] has it; the sum is held at
+    /// one and a half thresholds, so that a joint that is well again is found so.
     pub(super) fn add(&mut self, value: i32, side: Cusum, most: i32) {
         let step = value.saturating_sub(side.drift).min(most);
         let most = side.threshold + side.threshold / 2;
@@ -93,8 +97,9 @@ impl Level {
         self.state = next;
     }
 
-    /// How what the sum tells of came. A change that is there at once adds the same to every block: the sum rises along a line, and its
-    /// mean since it was 0 is a half of it. What drifts adds more to each block: along a parabola the mean is a third. The line between
+    /// How what the sum tells of came. A change that is there at once adds the same to every block:
+    /// the sum rises along a line, and its mean since it was 0 is a half of it. What drifts
+    /// adds more to each block: along a parabola the mean is a third. The line between
     /// them is 5/12.
     fn onset(&self) -> Onset {
         let whole = u64::from(self.sum.unsigned_abs()) * u64::from(self.blocks);
@@ -105,8 +110,8 @@ impl Level {
         }
     }
 
-    /// Suspect from three quarters of the threshold on and alarm from the whole; alarm ends below a half, suspect below a
-    /// quarter.
+    /// Suspect from three quarters of the threshold on and alarm from the whole; alarm ends below a
+    /// half, suspect below a quarter.
     fn next(&self, side: Cusum) -> State {
         let (sum, threshold) = (self.sum, side.threshold);
         if sum >= threshold || self.state == State::Alarm && sum >= threshold / 2 {

@@ -1,14 +1,17 @@
-//! The limits of the monitor: what a healthy joint's residual looks like, and how far from it is too far.
+//! The limits of the monitor: what a healthy joint's residual looks like, and how far from it is
+//! too far.
 //!
-//! They are integers, set once on the host from validation records that went through the device's own chain, and travel in
-//! the rig block. They hold for one model: [`Limits::model_checksum`] says for which.
+//! They are integers, set once on the host from validation records that went through the device's
+//! own chain, and travel in the rig block. They hold for one model: [`Limits::model_checksum`] says
+//! for which.
 
 use super::logarithm::OCTAVE;
 use crate::fault::{Checks, Error};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the force, the input that effects follow.
+/// Sensor channels of one axis: both displacement counters, the body's, the accelerometer, the
+/// force, the input that effects follow.
 pub const CHANNELS: usize = 6;
 /// The force's place among them.
 pub const FORCE_CHANNEL: usize = 4;
@@ -16,20 +19,23 @@ pub const FORCE_CHANNEL: usize = 4;
 pub const BLOCK: [u16; 2] = [16, 1024];
 /// The fewest residuals in the band that a block sums up.
 pub const MIN_VALUES: i32 = 16;
-/// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides of a gross change of the force.
+/// Statistics with a limit, per axis: error, both sides of stiffness and friction, and both sides
+/// of a gross change of the force.
 pub const SIDES: usize = 7;
 /// The largest drift and the largest threshold of a [`Cusum`].
 pub const MAX_CUSUM: i32 = 1 << 24;
 
 /// The least threshold of a gross change, in quarters of an octave: six blocks of an octave each.
 pub const MIN_GROSS: u8 = 24;
-/// The error, in octaves, that is all of a force of usual size, less what of it is outside the common band.
+/// The error, in octaves, that is all of a force of usual size, less what of it is outside the
+/// common band.
 const ALL_OF_FORCE: i32 = -3 * OCTAVE / 2;
-/// Between which errors a gross change begins, beside a force that is large: a third of it and seven tenths. Beside one of usual size the
-/// [usual power](AxisLimits::usual_power) in the denominator lowers the former.
+/// Between which errors a gross change begins, beside a force that is large: a third of it and
+/// seven tenths. Beside one of usual size the [usual power](AxisLimits::usual_power) in the
+/// denominator lowers the former.
 const GROSS_DRIFTS: [i32; 2] = [-3 * OCTAVE, -2 * OCTAVE];
-/// The most octaves of power that a model has to [spare](AxisLimits::spare): an eighth of the usual force is judged then, and a joint is
-/// never that gentle for long.
+/// The most octaves of power that a model has to [spare](AxisLimits::spare): an eighth of the usual
+/// force is judged then, and a joint is never that gentle for long.
 const MAX_SPARE: i32 = 4;
 
 /// One side of a cumulative sum (Page 1954): S ← max(0, S + y − drift), alarm at S ≥ threshold.
@@ -53,17 +59,21 @@ pub struct TwoSided {
 /// What is normal on one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisLimits {
-    /// True where a stiffer joint lowers the measured force at a positive displacement, by the signs of the study's columns.
+    /// True where a stiffer joint lowers the measured force at a positive displacement, by the
+    /// signs of the study's columns.
     pub reversed: bool,
-    /// The monitor counts force in the model's force unit times 2^this, 0 to 30: the least with which the RMS force of the
-    /// validation records is under 2¹⁶.
+    /// The monitor counts force in the model's force unit times 2^this, 0 to 30: the least with
+    /// which the RMS force of the validation records is under 2¹⁶.
     pub force_shift: u8,
-    /// Mean square of the measured force on the validation records, in the square of that unit; at least 1.
+    /// Mean square of the measured force on the validation records, in the square of that unit; at
+    /// least 1.
     pub force_power: u64,
-    /// Mean square of displacement and velocity there, both in units of 2⁻¹⁵ of their training half-range; at least 1.
+    /// Mean square of displacement and velocity there, both in units of 2⁻¹⁵ of their training
+    /// half-range; at least 1.
     pub state_power: [u64; 2],
-    /// By how much error, stiffness and friction change on a healthy joint per octave of Σx², in the units of their limits:
-    /// a model that is a little wrong is wrong by another share of the force at another amplitude.
+    /// By how much error, stiffness and friction change on a healthy joint per octave of Σx², in
+    /// the units of their limits: a model that is a little wrong is wrong by another share of
+    /// the force at another amplitude.
     pub per_octave: [i32; 3],
     /// Of the logarithm of the error's share of the force, in 1/1024 octaves of power.
     pub error: Cusum,
@@ -71,10 +81,12 @@ pub struct AxisLimits {
     pub stiffness: TwoSided,
     /// Of the part of the residual that goes with the velocity, in 2⁻¹⁶ of the force.
     pub friction: TwoSided,
-    /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an octave; under [`MIN_GROSS`] stands for it.
+    /// Thresholds of a force that is gone and of one that nobody expects, in quarters of an
+    /// octave; under [`MIN_GROSS`] stands for it.
     pub gross: [u8; 2],
-    /// Per channel (far and near displacement counter, body counter, accelerometer, force, input), the span in counts within a
-    /// block that is a real motion; 0 for a channel that the rig has not, and for the input, which may stand still.
+    /// Per channel (far and near displacement counter, body counter, accelerometer, force, input),
+    /// the span in counts within a block that is a real motion; 0 for a channel that the rig
+    /// has not, and for the input, which may stand still.
     pub moving_counts: [u32; CHANNELS],
 }
 
@@ -83,10 +95,11 @@ pub struct AxisLimits {
 pub struct Limits {
     /// The checksum of the model blob for which they were set.
     pub model_checksum: u32,
-    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that [`MIN_VALUES`] residuals in the band
-    /// come meanwhile.
+    /// Samples of one block of statistics; a power of two from 16 to 1024, and so long that
+    /// [`MIN_VALUES`] residuals in the band come meanwhile.
     pub block: u16,
-    /// The part of the time outside the training range that makes the verdict *suspect*, in 1/1000; 1 to 1000.
+    /// The part of the time outside the training range that makes the verdict *suspect*, in
+    /// 1/1000; 1 to 1000.
     pub outside_permille: u16,
     /// The mean time between false alarms for which the thresholds were set, in hours; at least 1.
     pub false_alarm_hours: u32,
@@ -118,7 +131,8 @@ impl Limits {
         checks.done()
     }
 
-    /// Residuals in the band that come within a block, with one at every 2^`every_log2` samples; a power of two.
+    /// Residuals in the band that come within a block, with one at every 2^`every_log2` samples; a
+    /// power of two.
     pub(super) fn values(&self, every_log2: u32) -> i32 {
         i32::from(self.block) >> (every_log2 & 15)
     }
@@ -133,8 +147,9 @@ impl Limits {
 }
 
 impl AxisLimits {
-    /// By how many octaves the error of the model could be larger before the drift of a gross change, halfway between it and all of the
-    /// force, stood above the least one. A good model spends them on gentler motion and on motion outside its range.
+    /// By how many octaves the error of the model could be larger before the drift of a gross
+    /// change, halfway between it and all of the force, stood above the least one. A good model
+    /// spends them on gentler motion and on motion outside its range.
     fn spare(&self) -> u32 {
         let [least, _] = GROSS_DRIFTS;
         // Far from the rails: a drift is at most 2²⁴.
@@ -142,20 +157,22 @@ impl AxisLimits {
         spare.clamp(0, MAX_SPARE).unsigned_abs() & 7
     }
 
-    /// The power of a usual force, over 2^`log_values` of them, where a gross change is judged: P̄, less the octaves that the model has
-    /// to spare. Beside it the model's error is larger by those at most.
+    /// The power of a usual force, over 2^`log_values` of them, where a gross change is judged: P̄,
+    /// less the octaves that the model has to spare. Beside it the model's error is larger by
+    /// those at most.
     pub(super) fn usual_power(&self, log_values: u32) -> u64 {
         (self.force_power << (log_values & 15)) >> self.spare()
     }
 
-    /// What of its predicted power a force may have at most to be evidence outside the training range: a sixteenth, and more by the
-    /// octaves that the model has to spare, so that it may be wrong by those there.
+    /// What of its predicted power a force may have at most to be evidence outside the training
+    /// range: a sixteenth, and more by the octaves that the model has to spare, so that it may
+    /// be wrong by those there.
     pub(super) fn gone_outside(&self, predicted: i64) -> i64 {
         predicted >> (MAX_SPARE.unsigned_abs() - self.spare())
     }
 
-    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between the error's own drift, larger by the
-    /// octaves that are spent, and all of the force.
+    /// The cumulative sums of a force that is gone and of one that nobody expects: halfway between
+    /// the error's own drift, larger by the octaves that are spent, and all of the force.
     pub fn gross_sums(&self) -> [Cusum; 2] {
         let spare = self.spare();
         let [least, most] = GROSS_DRIFTS;
@@ -167,8 +184,8 @@ impl AxisLimits {
         })
     }
 
-    /// The limits of every statistic, in the order of its causes: the error, both sides of stiffness and friction, and those of a
-    /// gross change.
+    /// The limits of every statistic, in the order of its causes: the error, both sides of
+    /// stiffness and friction, and those of a gross change.
     pub fn sides(&self) -> [Cusum; SIDES] {
         let (stiffness, friction) = (self.stiffness, self.friction);
         let [gone, unexpected] = self.gross_sums();

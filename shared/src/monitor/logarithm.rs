@@ -1,7 +1,8 @@
-//! Logarithm and exponential to the base 2 in integers, good to one percent: for ratios without a division.
+//! Logarithm and exponential to the base 2 in integers, good to one percent: for ratios without a
+//! division.
 //!
-//! Both replace the mantissa by a parabola: log₂(1 + f) ≈ f + c·f·(1 − f) and 2^f ≈ 1 + f − c·f·(1 − f) with c = 0.3437. The host
-//! sets the limits with the same code, so its error shifts no limit.
+//! Both replace the mantissa by a parabola: log₂(1 + f) ≈ f + c·f·(1 − f) and 2^f ≈ 1 + f − c·f·(1
+//! − f) with c = 0.3437. The host sets the limits with the same code, so its error shifts no limit.
 
 /// One octave.
 pub const OCTAVE: i32 = 1 << 10;

@@ -1,4 +1,5 @@
-//! The monitor: does the joint still behave like its model, within the range in which the model is valid, and are its sensors well?
+//! The monitor: does the joint still behave like its model, within the range in which the model is
+//! valid, and are its sensors well?
 //!
 //! ```text
 //! residual in the band ─┐                     ┌─ error's share of the force ─┐
@@ -10,14 +11,16 @@
 //! outside the range, counts, faults of the sensors ── rates, channels that stand still ──────────┘
 //! ```
 //!
-//! The residual in the band comes at every so many samples, and what is summed up of the others are their values at those instants.
-//! Blocks hold only residuals that are free of everything that makes it wrong: a state outside the training range
-//! spoils as many residuals as the low-pass has taps, a fault of a sensor as many as the whole chain has. Whether a gross change
-//! can be judged follows from the force that should be there as well as from the one that is.
+//! The residual in the band comes at every so many samples, and what is summed up of the others are
+//! their values at those instants. Blocks hold only residuals that are free of everything that
+//! makes it wrong: a state outside the training range spoils as many residuals as the low-pass has
+//! taps, a fault of a sensor as many as the whole chain has. Whether a gross change can be judged
+//! follows from the force that should be there as well as from the one that is.
 //!
-//! *Healthy* holds per axis, and only as long as enough of the recent time was judged ([`AxisHealth`]).
-//! `docs/explanation/monitor.md` has the formulas and how the limits are set. Everything is integer, takes no memory beyond
-//! [`MonitorState`], and cannot panic; the work at the end of a block is spread over the samples that follow.
+//! *Healthy* holds per axis, and only as long as enough of the recent time was judged
+//! ([`AxisHealth`]). `docs/explanation/monitor.md` has the formulas and how the limits are set.
+//! Everything is integer, takes no memory beyond [`MonitorState`], and cannot panic; the work at
+//! the end of a block is spread over the samples that follow.
 
 mod block;
 mod ending;
@@ -60,16 +63,19 @@ const OWN_OUTSIDE: [u8; 2] = [0b01_0011, 0b10_1100];
 /// A block that has lost more than one in so many of its samples is begun anew.
 const MAX_LOST: u32 = 4;
 
-/// The monitor of one model on one rig: what is calibrated, apart from what moves ([`MonitorState`]).
+/// The monitor of one model on one rig: what is calibrated, apart from what moves
+/// ([`MonitorState`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Monitor {
     limits: Limits,
-    /// Binary logarithms of the samples of a block, and of the residuals in the band that come meanwhile.
+    /// Binary logarithms of the samples of a block, and of the residuals in the band that come
+    /// meanwhile.
     log_block: u32,
     log_values: u32,
     /// Whether there are samples without a residual in the band.
     is_thinned: bool,
-    /// Samples by which the residual in the band that is summed up is older than the rest of an output.
+    /// Samples by which the residual in the band that is summed up is older than the rest of an
+    /// output.
     wait: usize,
     /// Residuals that a state outside the training range spoils.
     after_outside: u16,
@@ -81,17 +87,20 @@ pub struct Monitor {
 #[derive(Clone, Debug, Default)]
 pub struct MonitorState {
     waiting: Delayed,
-    /// A residual in the band that is summed up with the next sample, where that has none: the low-pass has enough to do when it
-    /// comes. With whether a state outside the training range spoils it.
+    /// A residual in the band that is summed up with the next sample, where that has none: the
+    /// low-pass has enough to do when it comes. With whether a state outside the training
+    /// range spoils it.
     held: Option<([i32; 2], bool)>,
-    /// Residuals that are still spoilt by a state outside the training range, and by a fault of a sensor.
+    /// Residuals that are still spoilt by a state outside the training range, and by a fault of a
+    /// sensor.
     spoilt_outside: u16,
     spoilt_fault: u16,
     /// Whether that fault is samples that were lost.
     is_lost: bool,
     fine: Block<Sums>,
     gross: Block<GrossSums>,
-    /// Whether a residual of the gross block was spoilt by a state outside the training range, and of the one before it.
+    /// Whether a residual of the gross block was spoilt by a state outside the training range, and
+    /// of the one before it.
     gross_outside: [bool; 2],
     /// What kept residuals out of the block, since the last one ended.
     kept_out: Option<Reason>,
@@ -101,7 +110,8 @@ pub struct MonitorState {
     sliding: [[Sliding; 2]; 2],
     sensors: SensorState,
     sensor_state: State,
-    /// Samples since the sensors' block began, those that were lost included, and outputs outside the range among them.
+    /// Samples since the sensors' block began, those that were lost included, and outputs outside
+    /// the range among them.
     ticks: u32,
     outside: u16,
     outside_rate: i32,
@@ -193,7 +203,8 @@ impl Monitor {
     /// The monitor behind one chain.
     ///
     /// # Errors
-    /// [`Error`] names the limit that is not usable, or says that the limits are not for as many axes as the chain has.
+    /// [`Error`] names the limit that is not usable, or says that the limits are not for as many
+    /// axes as the chain has.
     pub fn new(limits: Limits, chain: &Chain) -> Result<Self, Error> {
         limits.check()?;
         let mut checks = Checks::new();
@@ -212,7 +223,8 @@ impl Monitor {
         })
     }
 
-    /// Binary logarithm of the residuals in the band that a block sums up: what [`Sums::statistics`] wants to know.
+    /// Binary logarithm of the residuals in the band that a block sums up: what
+    /// [`Sums::statistics`] wants to know.
     pub fn log_values(&self) -> u32 {
         self.log_values
     }
@@ -222,7 +234,8 @@ impl Monitor {
         &self.limits
     }
 
-    /// Takes one sample in: the counts, what the chain made of them, and what was wrong with the sensors.
+    /// Takes one sample in: the counts, what the chain made of them, and what was wrong with the
+    /// sensors.
     // With what it calls for every output, so that the C library need not put an `Output` together.
     #[inline]
     pub fn update(
@@ -277,7 +290,8 @@ impl Monitor {
         }
     }
 
-    /// Adds an output to the blocks that are being filled where it has a residual in the band, unless that is spoilt.
+    /// Adds an output to the blocks that are being filled where it has a residual in the band,
+    /// unless that is spoilt.
     #[inline]
     fn take(&self, state: &mut MonitorState, output: &Output) {
         Self::put(&mut state.waiting, output);
@@ -338,7 +352,8 @@ impl Monitor {
         let Some(at) = waiting.places.get(place) else {
             return;
         };
-        // A block that is being judged stays as it is until that is done: what would fill the next one meanwhile is left out.
+        // A block that is being judged stays as it is until that is done: what would fill the next
+        // one meanwhile is left out.
         let is_judging = state.ending.is_under_way();
         let takes_gross = !(is_judging && state.gross.is_nearly_full(self.log_values));
         let takes_fine = !(is_outside || is_judging && state.fine.is_nearly_full(self.log_values));
@@ -383,10 +398,11 @@ impl MonitorState {
         self.verdict
     }
 
-    /// 100·Σe²/(N·var r) over a sliding window, in 1/1000 %, of the residual in the common band against the measured force at the
-    /// same instants; none while the force does not vary.
+    /// 100·Σe²/(N·var r) over a sliding window, in 1/1000 %, of the residual in the common band
+    /// against the measured force at the same instants; none while the force does not vary.
     ///
-    /// Recursive over blocks: each new one counts 1/16 or 1/1024. One long division: for telemetry, not for every sample.
+    /// Recursive over blocks: each new one counts 1/16 or 1/1024. One long division: for telemetry,
+    /// not for every sample.
     pub fn nmse(&self, monitor: &Monitor, axis: usize, window: Window) -> Option<u32> {
         let windows = self.sliding.get(axis)?;
         let sliding = windows.get(usize::from(window == Window::Slow))?;
@@ -415,8 +431,8 @@ impl MonitorState {
         }
     }
 
-    /// How far each cumulative sum of an axis is, in 1/1000 of its threshold: error, stiffer, softer, more friction, less, a force that is
-    /// gone and one that nobody expects.
+    /// How far each cumulative sum of an axis is, in 1/1000 of its threshold: error, stiffer,
+    /// softer, more friction, less, a force that is gone and one that nobody expects.
     pub fn levels(&self, monitor: &Monitor, axis: usize) -> [u16; SIDES] {
         let (Some(levels), Some(limits)) = (self.levels.get(axis), monitor.limits.axes.get(axis))
         else {
@@ -429,12 +445,14 @@ impl MonitorState {
         all
     }
 
-    /// How many blocks were finished so far (wrapping), and the sums of the last one: what the limits are made from.
+    /// How many blocks were finished so far (wrapping), and the sums of the last one: what the
+    /// limits are made from.
     pub fn last_block(&self) -> (u32, &[Sums; 2]) {
         (self.fine.number, &self.fine.full)
     }
 
-    /// The same of the blocks by which a gross change is found, and whether a state was outside the training range.
+    /// The same of the blocks by which a gross change is found, and whether a state was outside the
+    /// training range.
     pub fn last_gross_block(&self) -> (u32, &[GrossSums; 2], bool) {
         let [_, outside] = self.gross_outside;
         (self.gross.number, &self.gross.full, outside)

@@ -6,12 +6,13 @@ use super::sensors::SensorFault;
 use super::verdict::{Cause, State, Verdict};
 use super::{Monitor, MonitorState, permille_of};
 
-/// The rate of faults of a sensor that makes the verdict suspect (0.5 %) and raises the alarm (10 %), in 2⁻¹⁶; half of
-/// it ends them.
+/// The rate of faults of a sensor that makes the verdict suspect (0.5 %) and raises the alarm (10
+/// %), in 2⁻¹⁶; half of it ends them.
 const FAULT_RATES: [i32; 2] = [328, 6554];
 
-/// What comes first of two reasons that are equally grave: how much they are judged, the range, the joint, a sensor; of the joint
-/// whether it is a gross change, whether it has a direction, whether it was said before, and how far it is.
+/// What comes first of two reasons that are equally grave: how much they are judged, the range, the
+/// joint, a sensor; of the joint whether it is a gross change, whether it has a direction, whether
+/// it was said before, and how far it is.
 type Rank = (u8, u8, bool, bool, bool, u16);
 
 fn rank(verdict: &Verdict, before: &Verdict) -> Rank {

@@ -1,4 +1,5 @@
-//! Is a sensor lying? Faults that the drivers report, counted; and channels that stand still while their axis moves.
+//! Is a sensor lying? Faults that the drivers report, counted; and channels that stand still while
+//! their axis moves.
 
 use super::limits::{CHANNELS, Limits};
 use super::verdict::Cause;
@@ -7,9 +8,10 @@ use crate::chain::RawSample;
 /// Kinds of fault that a driver or the chain reports for a single sample.
 pub(super) const KINDS: usize = 6;
 
-/// What went wrong with the sensors at one instant. In every word, bit 6·axis + channel stands for one channel, channels in
-/// the order of [`RawAxis`](crate::chain::RawAxis): far and near displacement counter, body counter, accelerometer, force, input.
-/// Laid out as in C, as the counts.
+/// What went wrong with the sensors at one instant. In every word, bit 6·axis + channel stands for
+/// one channel, channels in the order of [`RawAxis`](crate::chain::RawAxis): far and near
+/// displacement counter, body counter, accelerometer, force, input. Laid out as in C, as the
+/// counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Faults {
@@ -23,7 +25,8 @@ pub struct Faults {
     pub time_out: u16,
     /// There was no new value: the sample is missing or repeated.
     pub missing: u16,
-    /// The counter lost its count and began anew, so that its zero is not the rig's any more; as long as that is so.
+    /// The counter lost its count and began anew, so that its zero is not the rig's any more; as
+    /// long as that is so.
     pub reference_lost: u16,
     /// Samples that were lost right before this one; `missing` says of which channels.
     pub lost: u32,
@@ -53,7 +56,8 @@ impl Faults {
     }
 }
 
-/// A rate of samples, 1 in 2⁻¹⁶, over the last 2^`log_memory` blocks or so: recursive, one part of so many is forgotten per block.
+/// A rate of samples, 1 in 2⁻¹⁶, over the last 2^`log_memory` blocks or so: recursive, one part of
+/// so many is forgotten per block.
 pub(super) fn forget(rate: &mut i32, count: u16, log_block: u32, log_memory: u32) {
     let now = (i32::from(count) << 16) >> (log_block & 15);
     *rate += (now - *rate) >> (log_memory & 15);
@@ -121,7 +125,8 @@ pub(super) struct SensorState {
     suspected: u16,
 }
 
-/// What is wrong with the sensors: the cause, its channels, and its rate in 2⁻¹⁶ (all of it for a channel that is stuck).
+/// What is wrong with the sensors: the cause, its channels, and its rate in 2⁻¹⁶ (all of it for a
+/// channel that is stuck).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SensorFault {
     pub(super) cause: Cause,
@@ -135,7 +140,8 @@ impl SensorState {
         if faults.any() {
             self.count(faults);
         }
-        // The axes in turn: eight samples of a block, at least, say well enough how far a channel went.
+        // The axes in turn: eight samples of a block, at least, say well enough how far a channel
+        // went.
         self.turn ^= 1;
         let own = self.turn & 1;
         if own >= limits.axes.len() {
@@ -174,7 +180,8 @@ impl SensorState {
         }
     }
 
-    /// Ends the block of an axis: channels that stood still. The axes come one after the other, the first one first.
+    /// Ends the block of an axis: channels that stood still. The axes come one after the other, the
+    /// first one first.
     pub(super) fn end_courses(&mut self, limits: &Limits, axis: usize) {
         let axis = axis & 1;
         if axis == 0 {
@@ -204,8 +211,8 @@ impl SensorState {
         self.started[axis] = false;
     }
 
-    /// Ends `blocks` blocks of the faults' rates, all but one of them in a gap. True when the block, whose courses have ended, is not to
-    /// be trusted.
+    /// Ends `blocks` blocks of the faults' rates, all but one of them in a gap. True when the
+    /// block, whose courses have ended, is not to be trusted.
     pub(super) fn end_rates(&mut self, log_block: u32, blocks: u32) -> bool {
         let tallies = self.counts.iter_mut().zip(&mut self.channels);
         let most = 1_u16 << (log_block & 15);
@@ -228,7 +235,8 @@ impl SensorState {
         self.suspected != 0
     }
 
-    /// The worst of what is wrong: a channel that is stuck, else the kind of fault with the highest rate.
+    /// The worst of what is wrong: a channel that is stuck, else the kind of fault with the highest
+    /// rate.
     pub(super) fn worst(&self) -> SensorFault {
         if self.stuck != 0 {
             return SensorFault {

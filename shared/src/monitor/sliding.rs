@@ -25,7 +25,8 @@ pub(super) struct Sliding {
 }
 
 impl Sliding {
-    /// Adds a block to sums that remember 2^`MEMORY` of them. A constant, because a shift of 64 bits by any number of places is a call.
+    /// Adds a block to sums that remember 2^`MEMORY` of them. A constant, because a shift of 64
+    /// bits by any number of places is a call.
     pub(super) fn add<const MEMORY: u32>(&mut self, sums: &Sums) {
         let slide = |mean: &mut i64, sum: i64| *mean += ((sum << PLACES) - *mean) >> MEMORY;
         slide(&mut self.error, sums.error);
@@ -33,7 +34,8 @@ impl Sliding {
         slide(&mut self.force_sum, sums.force_sum);
     }
 
-    /// 100·Σe²/(N·var r) in 1/1000 %, for blocks of 2^`log_values` residuals; none while the force does not vary.
+    /// 100·Σe²/(N·var r) in 1/1000 %, for blocks of 2^`log_values` residuals; none while the force
+    /// does not vary.
     pub(super) fn nmse(&self, log_values: u32) -> Option<u32> {
         let mean = i128::from(self.force_sum);
         let of_mean = (mean * mean) >> ((log_values & 15) + PLACES);

@@ -32,7 +32,8 @@ impl State {
         Self::ALL.into_iter().find(|state| state.tag() == tag)
     }
 
-    /// How much it asks of a person: a joint that is not judged asks for more than one that is well.
+    /// How much it asks of a person: a joint that is not judged asks for more than one that is
+    /// well.
     pub fn gravity(self) -> u8 {
         match self {
             Self::Healthy => 0,
@@ -236,10 +237,11 @@ pub struct Verdict {
     pub cause: Cause,
     /// The axis that it is about, from 0.
     pub axis: u8,
-    /// The channel of that axis, when a sensor is meant: a place in [`CHANNEL_NAMES`]. Of a change of the joint the tag of its
-    /// [`Onset`].
+    /// The channel of that axis, when a sensor is meant: a place in [`CHANNEL_NAMES`]. Of a change
+    /// of the joint the tag of its [`Onset`].
     pub channel: u8,
-    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
+    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for
+    /// everything else.
     pub permille: u16,
 }
 

@@ -1,4 +1,5 @@
-//! A number that carries its derivatives, so that a force law can be differentiated by its parameters without a second text.
+//! A number that carries its derivatives, so that a force law can be differentiated by its
+//! parameters without a second text.
 
 use super::{Number, Powers, Scalar};
 use core::ops::{Add, Mul, Neg, Sub};
@@ -136,8 +137,9 @@ impl<const N: usize> Number for Dual<N> {
 }
 
 impl<const N: usize> Dual<N> {
-    /// aⁿ, where a moves with this number or, below a bound, not at all. Most of a fit's time goes into these powers, so there is one of them,
-    /// and a logarithm only where the exponent moves.
+    /// aⁿ, where a moves with this number or, below a bound, not at all. Most of a fit's time goes
+    /// into these powers, so there is one of them, and a logarithm only where the exponent
+    /// moves.
     #[inline]
     fn powered(self, a: f64, moves: bool, exponent: Self) -> Self {
         let n = exponent.value;

@@ -1,8 +1,9 @@
 //! Exponential decay and the sine on the device's numbers, in integers.
 //!
-//! Each brings its argument exactly to a short interval (whole halvings for the exponential, whole turns for the sine) and
-//! evaluates the Taylor polynomial there, whose coefficients the compiler works out. What rests stays exact: decay of 0 is 1,
-//! the sine of 0 is 0, each to the last bit, so a joint that does not move adds no error to a hysteresis.
+//! Each brings its argument exactly to a short interval (whole halvings for the exponential, whole
+//! turns for the sine) and evaluates the Taylor polynomial there, whose coefficients the compiler
+//! works out. What rests stays exact: decay of 0 is 1, the sine of 0 is 0, each to the last bit, so
+//! a joint that does not move adds no error to a hysteresis.
 //!
 //! | operation | over | largest error stated | measured, maximum and RMS |
 //! |---|---|---|---|
@@ -10,13 +11,14 @@
 //! | `hyperbolic_decay` | all arguments | 1 unit ([`HYPERBOLIC_DECAY_ERROR`]) | 1.0 and 0.58 |
 //! | `sine` | all arguments | 9 units ([`SINE_ERROR`]) | 3.9 and 0.49 |
 //!
-//! Measured by `cargo test --release -p jointwatch-shared elementary -- --nocapture`. The stated error is that against the exact
-//! function of the number that was given.
+//! Measured by `cargo test --release -p jointwatch-shared elementary -- --nocapture`. The stated
+//! error is that against the exact function of the number that was given.
 
 use super::q::{PLACES, Q, UNIT};
 use crate::scalar::fixed::{mul_high_add, round_shift};
 
-/// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the last shift 0.5.
+/// The most by which `decay` is off: the polynomial 0.1 units, its roundings 1.5, log₂e 0.5, the
+/// last shift 0.5.
 pub const DECAY_ERROR: f64 = 3.0 * UNIT;
 /// The most by which `hyperbolic_decay` is off: it is rounded down.
 pub const HYPERBOLIC_DECAY_ERROR: f64 = UNIT;
@@ -25,8 +27,8 @@ pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
 /// log₂ e.
 const LOG2_E: Q = Q::from_f64(core::f64::consts::LOG2_E);
-/// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!, in 2⁻³²; from the second on they and their sums over f from −½ to ½
-/// are below ½ and fit 32 bits.
+/// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!, in 2⁻³²; from the second on they
+/// and their sums over f from −½ to ½ are below ½ and fit 32 bits.
 const HALVING: [i64; 9] = halving();
 /// sin(q·π/2)/q = Σ s_k·q^2k with s_k = (−1)^k·(π/2)^(2k+1)/(2k+1)!.
 const QUARTER_WAVE: [Q; 8] = quarter_wave();
@@ -65,7 +67,8 @@ fn halvings(t: Q) -> Q {
     let whole = ((t.raw() >> PLACES) as i32).clamp(-1, 40) + (t.raw() as u32 >> 31) as i32;
     // What rests, from −½ to ½, so that roundings fade from term to term.
     let f = t.raw() as i32;
-    // Written out: in a loop the compiler keeps f in two registers, and needs five instructions for a product with it.
+    // Written out: in a loop the compiler keeps f in two registers, and needs five instructions for
+    // a product with it.
     let [first, a, b, c, d, e, g, h, i] = HALVING;
     let bend = mul_high_add(mul_high_add(i as i32, f, h as i32), f, g as i32);
     let bend = mul_high_add(mul_high_add(bend, f, e as i32), f, d as i32);
@@ -110,7 +113,8 @@ mod tests {
     extern crate std;
     use std::println;
 
-    /// Maximum and RMS of device − exact in units of 2⁻³², over arguments from `least` to `most` in `steps`.
+    /// Maximum and RMS of device − exact in units of 2⁻³², over arguments from `least` to `most` in
+    /// `steps`.
     fn error(
         least: f64,
         most: f64,

@@ -1,7 +1,9 @@
-//! Fixed-point numbers: fractions held as 32-bit integers, how products are rounded, and what happens at the rails.
+//! Fixed-point numbers: fractions held as 32-bit integers, how products are rounded, and what
+//! happens at the rails.
 //!
-//! A number is an `i32` (or an `i64` on the way) together with a count of binary places that is written in the name
-//! of the function or of the variable, because a plain integer is what a timer, an encoder and the multiplier know.
+//! A number is an `i32` (or an `i64` on the way) together with a count of binary places that is
+//! written in the name of the function or of the variable, because a plain integer is what a timer,
+//! an encoder and the multiplier know.
 //!
 //! | format | holds | value of one unit | range | used for |
 //! |---|---|---|---|---|
@@ -18,8 +20,9 @@
 //! | [`mul_high_add`] | to nearest, half up | the caller proves that the sum fits; debug builds check it |
 //! | [`saturate`] | none | saturates, and says so |
 //!
-//! *Half up* means ⌊x + ½⌋: half an addition and a shift, the rounding of the multiplier's own `SMMLAR`. It shifts the
-//! mean by nothing but the ties, which are one case in 2³² here; rounding half to even would cost three instructions.
+//! *Half up* means ⌊x + ½⌋: half an addition and a shift, the rounding of the multiplier's own
+//! `SMMLAR`. It shifts the mean by nothing but the ties, which are one case in 2³² here; rounding
+//! half to even would cost three instructions.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -31,7 +34,8 @@ const fn half(n: u32) -> i64 {
 
 /// `⌊x/2ⁿ + ½⌋` for `n` from 0 to 62: a right shift that rounds half up.
 ///
-/// No value of `x` overflows: the shift comes first, and the last bit that was shifted out is added after it.
+/// No value of `x` overflows: the shift comes first, and the last bit that was shifted out is added
+/// after it.
 ///
 /// ```
 /// use jointwatch_shared::scalar::fixed::round_shift;
@@ -40,8 +44,8 @@ const fn half(n: u32) -> i64 {
 #[inline(always)]
 pub const fn round_shift(x: i64, n: u32) -> i64 {
     debug_assert!(n <= 62);
-    // A shift of 64 bits by any number of places takes the device a dozen instructions, one within 32 bits half of them; which of the
-    // two it is depends on the places alone.
+    // A shift of 64 bits by any number of places takes the device a dozen instructions, one within
+    // 32 bits half of them; which of the two it is depends on the places alone.
     if n > 32 {
         round_shift_32((x >> 32) as i32, n - 32) as i64
     } else if n == 0 {
@@ -68,7 +72,8 @@ pub const fn round_shift_32(x: i32, n: u32) -> i32 {
 
 /// `⌊a·b/2ⁿ + ½⌋` for `n` from 0 to 62, of the exact 64-bit product.
 ///
-/// The product of two `i32` is at most 2⁶² in size and half of the divisor at most 2⁶¹, so nothing overflows.
+/// The product of two `i32` is at most 2⁶² in size and half of the divisor at most 2⁶¹, so nothing
+/// overflows.
 #[inline(always)]
 pub const fn mul_shift(a: i32, b: i32, n: u32) -> i64 {
     debug_assert!(n <= 62);
@@ -77,17 +82,20 @@ pub const fn mul_shift(a: i32, b: i32, n: u32) -> i64 {
 
 /// `⌊a·b/2³² + ½⌋ + sum`: the rounded high word of a product, added to `sum`.
 ///
-/// On a Cortex-M4 this is the single instruction `SMMLAR`, provided that the widening to `i64` stands here, in the
-/// expression: widened outside a loop, the compiler keeps two registers per factor and needs three instructions.
+/// On a Cortex-M4 this is the single instruction `SMMLAR`, provided that the widening to `i64`
+/// stands here, in the expression: widened outside a loop, the compiler keeps two registers per
+/// factor and needs three instructions.
 ///
-/// The caller proves that the sum fits an `i32`; builds with overflow checks panic when it does not.
+/// The caller proves that the sum fits an `i32`; builds with overflow checks panic when it does
+/// not.
 #[inline(always)]
 pub const fn mul_high_add(a: i32, b: i32, sum: i32) -> i32 {
     ((a as i64 * b as i64 + (1 << 31)) >> 32) as i32 + sum
 }
 
-/// What is loaded from memory before this is loaded before it, and what after it after it. No instruction: a word to the compiler, which
-/// otherwise loads what a whole kernel needs at once and then has no registers for it.
+/// What is loaded from memory before this is loaded before it, and what after it after it. No
+/// instruction: a word to the compiler, which otherwise loads what a whole kernel needs at once and
+/// then has no registers for it.
 #[inline(always)]
 pub fn in_order() {
     compiler_fence(Ordering::SeqCst);
@@ -123,13 +131,15 @@ pub const fn round_to_i64(x: f64) -> i64 {
     }
 }
 
-/// The Q31 number nearest to `x` (half up), saturated: everything from 1 − 2⁻³² upwards becomes `i32::MAX`.
+/// The Q31 number nearest to `x` (half up), saturated: everything from 1 − 2⁻³² upwards becomes
+/// `i32::MAX`.
 ///
 /// The error is at most 2⁻³², except next to 1, which is not a Q31 number and loses 2⁻³¹.
 ///
 /// ```
 /// use jointwatch_shared::scalar::fixed::q31_from_f64;
-/// assert_eq!([q31_from_f64(-1.0), q31_from_f64(0.5), q31_from_f64(1.0)], [i32::MIN, 1 << 30, i32::MAX]);
+/// let stored = [-1.0, 0.5, 1.0].map(q31_from_f64);
+/// assert_eq!(stored, [i32::MIN, 1 << 30, i32::MAX]);
 /// ```
 pub const fn q31_from_f64(x: f64) -> i32 {
     saturate(round_to_i64(x * 2_147_483_648.0)).0
@@ -142,8 +152,8 @@ pub const fn q31_to_f64(x: i32) -> f64 {
 
 /// Square and cube of a Q31 number, in Q31.
 ///
-/// The square of −1 is +1, which Q31 has not: it becomes 1 − 2⁻³¹, by an expression without a branch. Errors are at most
-/// 2⁻³² for every other square and 2⁻³¹ for every cube.
+/// The square of −1 is +1, which Q31 has not: it becomes 1 − 2⁻³¹, by an expression without a
+/// branch. Errors are at most 2⁻³² for every other square and 2⁻³¹ for every cube.
 #[inline(always)]
 pub const fn q31_powers(x: i32) -> [i32; 3] {
     // 0 to 2³¹; only 2³¹ itself has bit 31 set.

@@ -1,4 +1,5 @@
-//! What force laws need of the device's number beyond sums and products: the hyperbolic tangent, decay, the sine, short numbers.
+//! What force laws need of the device's number beyond sums and products: the hyperbolic tangent,
+//! decay, the sine, short numbers.
 
 use super::q::{PLACES, Q};
 use super::short::{self, Short};
@@ -23,14 +24,16 @@ impl Scalar for Q {
     }
     #[inline]
     fn short_change(self, step: Self, factor: Self, limit: Short) -> Short {
-        // Their difference is what has to be small, not they: a position may be many times what a hysteresis yields by.
+        // Their difference is what has to be small, not they: a position may be many times what a
+        // hysteresis yields by.
         let (now, before) = (self * factor, self.minus(step) * factor);
         let cut = |q: Self| q.raw() >> (PLACES - short::PLACES);
         Short::saturated(cut(now) - cut(before)).within(limit)
     }
     #[inline]
     fn tanh(self) -> Self {
-        // The table's argument has 27 places and ends at ±16, where the tangent is 1 to its last bit.
+        // The table's argument has 27 places and ends at ±16, where the tangent is 1 to its last
+        // bit.
         const MOST: i64 = (1 << 36) - (1 << 5);
         let argument = self.raw().clamp(-MOST, MOST);
         Self::from_q31(tanh(((argument + (1 << 4)) >> 5) as i32))
@@ -39,7 +42,8 @@ impl Scalar for Q {
         elementary::decay(self)
     }
     fn decay_of_either_sign(self) -> [Self; 3] {
-        // One of the two is exactly 1, which takes as long to compute as the other, and the product is the other.
+        // One of the two is exactly 1, which takes as long to compute as the other, and the product
+        // is the other.
         let decay = elementary::decay(self.abs());
         if self.raw() < 0 {
             [Self::one(), decay, decay]

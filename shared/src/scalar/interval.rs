@@ -1,4 +1,5 @@
-//! All values that a quantity can take, and how far the device's number can be from the exact one: bounds for export.
+//! All values that a quantity can take, and how far the device's number can be from the exact one:
+//! bounds for export.
 
 use super::elementary::{DECAY_ERROR, HYPERBOLIC_DECAY_ERROR, SINE_ERROR};
 use super::short::{self, POWER_ERROR, RAISED_ERROR};
@@ -6,13 +7,14 @@ use super::{Number, Powers, Scalar, q};
 use crate::base::tanh;
 use core::ops::{Add, Mul, Neg, Sub};
 
-/// A range of exact values together with a bound of |device − exact| over all of them, of a number with so many places behind the
-/// point: those of [`q::Q`], or those of [`short::Short`].
+/// A range of exact values together with a bound of |device − exact| over all of them, of a number
+/// with so many places behind the point: those of [`q::Q`], or those of [`short::Short`].
 ///
-/// Evaluating a law on intervals bounds its result for every input in the ranges, with the rounding of the device
-/// added operation by operation. The same quantity used twice counts as two, so ranges can come out wider than they are.
-/// `f64`'s own rounding, 2⁻⁵³ of a value, is far under the device's and is left out. A comparison ([`Number::heaviside`]) is taken to fall
-/// alike on both sides: inputs closer to a threshold than the error itself are outside the bound.
+/// Evaluating a law on intervals bounds its result for every input in the ranges, with the rounding
+/// of the device added operation by operation. The same quantity used twice counts as two, so
+/// ranges can come out wider than they are. `f64`'s own rounding, 2⁻⁵³ of a value, is far under the
+/// device's and is left out. A comparison ([`Number::heaviside`]) is taken to fall alike on both
+/// sides: inputs closer to a threshold than the error itself are outside the bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval<const PLACES: u32 = { q::PLACES }> {
     /// The smallest exact value.
@@ -21,8 +23,8 @@ pub struct Interval<const PLACES: u32 = { q::PLACES }> {
     pub most: f64,
     /// Bound of |device − exact|.
     pub error: f64,
-    /// The largest part of what the device's kind of number can hold that anything computed on the way to it takes, exact or on the
-    /// device: from 1 on it may have saturated.
+    /// The largest part of what the device's kind of number can hold that anything computed on the
+    /// way to it takes, exact or on the device: from 1 on it may have saturated.
     pub fullest: f64,
 }
 
@@ -188,7 +190,8 @@ impl Powers for Interval<{ short::PLACES }> {
         )
     }
     fn raised(self, exponent: Self) -> Self {
-        // What the device's numbers can be; a power is monotonic in each of its two numbers, and so is its slope.
+        // What the device's numbers can be; a power is monotonic in each of its two numbers, and so
+        // is its slope.
         let a = [(self.least - self.error).max(0.0), self.most + self.error];
         let n = [
             exponent.least - exponent.error,
@@ -234,8 +237,9 @@ impl Scalar for Interval {
         Self::from(self.least.tanh(), self.most.tanh(), error, &[self])
     }
     fn change(self, step: Self, factor: Self) -> Self {
-        // Two values of one number, each anywhere in its range and known within its error: the difference of the products has
-        // the range of the step's product and the error of both.
+        // Two values of one number, each anywhere in its range and known within its error: the
+        // difference of the products has the range of the step's product and the error of
+        // both.
         let (range, product) = (step * factor, self * factor);
         let error = 2.0 * product.error;
         Self::from(range.least, range.most, error, &[range, product])
@@ -244,11 +248,13 @@ impl Scalar for Interval {
         let mut change = self.change(step, factor);
         let most = limit.most;
         (change.least, change.most) = (change.least.max(-most), change.most.min(most));
-        // The factor is one number in both products: what it is off by shows in the step alone, and in none beyond what is held.
+        // The factor is one number in both products: what it is off by shows in the step alone, and
+        // in none beyond what is held.
         let furthest = step.magnitude().min(most / factor.nearest_to_zero());
         let position = 2.0 * (factor.magnitude() * self.error + 0.5 * Self::UNIT);
         let error = change.error.min(position + furthest * factor.error);
-        // Each of both products is cut to a short number, both to the same side; what is held cannot be off by more than what it is held between.
+        // Each of both products is cut to a short number, both to the same side; what is held
+        // cannot be off by more than what it is held between.
         let error = (error + Self::Short::UNIT).min(2.0 * most);
         Interval::converted(change, error)
     }

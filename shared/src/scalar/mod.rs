@@ -1,9 +1,10 @@
-//! The few operations a force law may use, so that one text of the law serves three kinds of number.
+//! The few operations a force law may use, so that one text of the law serves three kinds of
+//! number.
 //!
-//! A law is written once, generic over [`Scalar`]: `f64` predicts on the host, [`dual::Dual`] differentiates it by a
-//! parameter, [`q::Q`] runs on the device, and [`interval::Interval`] bounds what the device can make of it. There is
-//! no division and no comparison that returns a truth value: quotients and branches are where the kinds of number
-//! would part ways.
+//! A law is written once, generic over [`Scalar`]: `f64` predicts on the host, [`dual::Dual`]
+//! differentiates it by a parameter, [`q::Q`] runs on the device, and [`interval::Interval`] bounds
+//! what the device can make of it. There is no division and no comparison that returns a truth
+//! value: quotients and branches are where the kinds of number would part ways.
 //!
 //! | operation | means | derivative where it has a corner |
 //! |---|---|---|
@@ -21,8 +22,9 @@
 //! | [`Powers::power`] | aⁿ for a from 0 to 1, n from 1 to 4 | |
 //! | [`Powers::raised`] | aⁿ for a from 0 to 8, n from −7 to 7 | |
 //!
-//! Where a law takes many steps with numbers that are all small, such as the internal state of a hysteresis, it takes them with
-//! [`Scalar::Short`] ones, which the device has in half as many bits ([`short::Short`]).
+//! Where a law takes many steps with numbers that are all small, such as the internal state of a
+//! hysteresis, it takes them with [`Scalar::Short`] ones, which the device has in half as many bits
+//! ([`short::Short`]).
 
 #[cfg(feature = "fit")]
 pub mod dual;
@@ -41,7 +43,8 @@ use core::ops::{Add, Mul, Neg, Sub};
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Neg<Output = Self>
 {
-    /// The number `numerator/denominator`, for the small exact ratios that a law contains; the denominator is not 0.
+    /// The number `numerator/denominator`, for the small exact ratios that a law contains; the
+    /// denominator is not 0.
     fn ratio(numerator: i32, denominator: i32) -> Self;
     /// The absolute value |a|.
     fn abs(self) -> Self;
@@ -78,15 +81,18 @@ pub trait Number:
 pub trait Powers: Number {
     /// selfⁿ for a number from 0 to 1, held there, and an exponent from 1 to 4.
     fn power(self, exponent: Self) -> Self;
-    /// selfⁿ for a number from 0 to 8 and an exponent from above 0 to 7; 0 where `self` is negative.
+    /// selfⁿ for a number from 0 to 8 and an exponent from above 0 to 7; 0 where `self` is
+    /// negative.
     ///
-    /// The exponent may be below 0 as well, down to −7, where `self` is so far above 0 that the power is below 8.
+    /// The exponent may be below 0 as well, down to −7, where `self` is so far above 0 that the
+    /// power is below 8.
     fn raised(self, exponent: Self) -> Self;
 }
 
 /// A number that a force law can be evaluated with.
 pub trait Scalar: Number {
-    /// The same with less room and fewer places where the device gains from it: for numbers that stay below 8 in size.
+    /// The same with less room and fewer places where the device gains from it: for numbers that
+    /// stay below 8 in size.
     type Short: Powers;
 
     /// This number as a short one.
@@ -98,8 +104,8 @@ pub trait Scalar: Number {
     fn tanh(self) -> Self;
     /// e⁻ᵃ; 1 where `self` is negative.
     fn decay(self) -> Self;
-    /// e⁻ᵃ and eᵃ, each at most 1: that of a positive number in the first place, of a negative one in the second, and 1 in the
-    /// other; and their product.
+    /// e⁻ᵃ and eᵃ, each at most 1: that of a positive number in the first place, of a negative one
+    /// in the second, and 1 in the other; and their product.
     fn decay_of_either_sign(self) -> [Self; 3] {
         let [ahead, back] = [self.decay(), (-self).decay()];
         [ahead, back, ahead * back]
@@ -115,19 +121,23 @@ pub trait Scalar: Number {
     /// sin(2π·self): the sine of a number of turns.
     fn sine(self) -> Self;
 
-    /// What `self·factor` has changed by since `self` was smaller by `step`, which was a quantity of the same range.
+    /// What `self·factor` has changed by since `self` was smaller by `step`, which was a quantity
+    /// of the same range.
     ///
-    /// It is the difference of both products: along a path their roundings cancel, where those of `step·factor` add up.
+    /// It is the difference of both products: along a path their roundings cancel, where those of
+    /// `step·factor` add up.
     fn change(self, step: Self, factor: Self) -> Self {
         self * factor - (self - step) * factor
     }
-    /// The same as a short number, held between −`limit` and `limit`: the difference of both products as short ones.
+    /// The same as a short number, held between −`limit` and `limit`: the difference of both
+    /// products as short ones.
     fn short_change(self, step: Self, factor: Self, limit: Self::Short) -> Self::Short {
         self.change(step, factor).short().within(limit)
     }
 }
 
-/// The number of 2^−`places` nearest to `numerator/denominator`, half up, for the small constants of a law; 0 where the denominator is 0.
+/// The number of 2^−`places` nearest to `numerator/denominator`, half up, for the small constants
+/// of a law; 0 where the denominator is 0.
 #[inline]
 const fn ratio(numerator: i32, denominator: i32, places: u32) -> i64 {
     // Twice the ratio, rounded down, is rounded half up.

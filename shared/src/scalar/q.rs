@@ -1,8 +1,10 @@
-//! The number that runs on the device: 64 bits, 32 of them behind the binary point, every operation saturating.
+//! The number that runs on the device: 64 bits, 32 of them behind the binary point, every operation
+//! saturating.
 //!
-//! Laws are evaluated on quantities relative to the training range (`units`), so numbers near 1 are the rule; the 31
-//! places before the point leave room for stiff contacts and steep transitions, the 32 behind it keep what one sample
-//! adds to an internal state. A Cortex-M4 multiplies two of them in about 20 instructions.
+//! Laws are evaluated on quantities relative to the training range (`units`), so numbers near 1 are
+//! the rule; the 31 places before the point leave room for stiff contacts and steep transitions,
+//! the 32 behind it keep what one sample adds to an internal state. A Cortex-M4 multiplies two of
+//! them in about 20 instructions.
 
 use super::{Number, ratio};
 use crate::scalar::fixed::{mul_high_add, round_to_i64};
@@ -52,7 +54,8 @@ impl Q {
         }
     }
 
-    /// The sum of two numbers that are known to be small enough: where nothing can saturate, it takes a third of what `+` does.
+    /// The sum of two numbers that are known to be small enough: where nothing can saturate, it
+    /// takes a third of what `+` does.
     #[inline]
     pub(crate) const fn plus(self, other: Self) -> Self {
         Self::from_raw(self.raw.wrapping_add(other.raw))
@@ -103,11 +106,13 @@ impl Neg for Q {
 
 impl Mul for Q {
     type Output = Self;
-    // Laws multiply in more than a hundred places: written into each, products alone would take the device 7 KiB.
+    // Laws multiply in more than a hundred places: written into each, products alone would take the
+    // device 7 KiB.
     #[inline(never)]
     fn mul(self, other: Self) -> Self {
-        // Halves that both have a sign: products of such are single instructions of the device, rounding and addition included. The
-        // high half is one more where the low one is negative, and does not fit for the very largest numbers alone.
+        // Halves that both have a sign: products of such are single instructions of the device,
+        // rounding and addition included. The high half is one more where the low one is
+        // negative, and does not fit for the very largest numbers alone.
         let halves = |raw: i64| {
             let low = raw as i32;
             let high = ((raw >> PLACES) as i32).checked_add((low as u32 >> 31).cast_signed());
@@ -120,7 +125,8 @@ impl Mul for Q {
             return self.mul_largest(other);
         };
         let product = |x: i32, y: i32| i64::from(x) * i64::from(y);
-        // Two of 2⁶² may wrap, but then both numbers are above 2³⁰ in size and the product saturates all the same.
+        // Two of 2⁶² may wrap, but then both numbers are above 2³⁰ in size and the product
+        // saturates all the same.
         let middle = i64::from(mul_high_add(c, d, 0)).wrapping_add(product(a, d));
         let middle = middle.wrapping_add(product(c, b));
         let high = (middle >> PLACES) + product(a, b);
@@ -141,7 +147,8 @@ impl Q {
         // Schoolbook on 32-bit halves: a 128-bit product would be a library call on the device.
         let (a, b) = (self.raw >> PLACES, other.raw >> PLACES);
         let (c, d) = (i64::from(self.raw as u32), i64::from(other.raw as u32));
-        // Each product of a high and a low half is at least 2³² less than 2⁶³ in size; their halves are added apart from each other.
+        // Each product of a high and a low half is at least 2³² less than 2⁶³ in size; their halves
+        // are added apart from each other.
         let low = (c as u64 * d as u64 + (1 << 31)) >> PLACES;
         let (ad, cb) = (a * d + low as i64, c * b);
         let sum = u64::from(ad as u32) + u64::from(cb as u32);

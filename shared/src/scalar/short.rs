@@ -1,11 +1,13 @@
-//! The short number of the device: 32 bits, 28 of them behind the binary point, every operation saturating.
+//! The short number of the device: 32 bits, 28 of them behind the binary point, every operation
+//! saturating.
 //!
-//! A hysteresis is integrated in several stages, and its state, its travel within a sample and its exponent are all small. A
-//! product of two such numbers takes a Cortex-M4 a fifth of what it takes with [`super::q::Q`], a power a fifth as well.
+//! A hysteresis is integrated in several stages, and its state, its travel within a sample and its
+//! exponent are all small. A product of two such numbers takes a Cortex-M4 a fifth of what it takes
+//! with [`super::q::Q`], a power a fifth as well.
 //!
-//! A power brings its number exactly to a mantissa from 1 to 2 and its logarithm to whole halvings and a rest, and evaluates a
-//! truncated Chebyshev series for each, whose coefficients the compiler works out. What rests stays exact: a power of 1 is 1 and
-//! one of 0 is 0, to the last bit.
+//! A power brings its number exactly to a mantissa from 1 to 2 and its logarithm to whole halvings
+//! and a rest, and evaluates a truncated Chebyshev series for each, whose coefficients the compiler
+//! works out. What rests stays exact: a power of 1 is 1 and one of 0 is 0, to the last bit.
 //!
 //! | operation | over | largest error stated | measured, maximum and RMS |
 //! |---|---|---|---|
@@ -13,8 +15,8 @@
 //!
 //! | `raised` | 0 to 8, exponents n of 0.1 to 7 in size, values up to 8 | 5 units and (1 + \|n\|)·aⁿ more ([`RAISED_ERROR`]) | 0.77 of what is stated, for n below 0 0.89 |
 //!
-//! Measured by `cargo test --release -p jointwatch-shared short -- --nocapture`. The stated error is that against the exact
-//! function of the numbers that were given.
+//! Measured by `cargo test --release -p jointwatch-shared short -- --nocapture`. The stated error
+//! is that against the exact function of the numbers that were given.
 
 use super::{Number, Powers, ratio};
 use crate::scalar::fixed::{mul_high_add, round_shift_32, round_to_i64, saturate};
@@ -38,11 +40,12 @@ pub struct Short {
 pub const PLACES: u32 = 28;
 /// The value of one unit: 2⁻²⁸.
 pub const UNIT: f64 = 1.0 / (1_u64 << PLACES) as f64;
-/// The most by which `power` is off: four times ln 2 of the logarithm's 1.2 units, and the half units of the rest.
+/// The most by which `power` is off: four times ln 2 of the logarithm's 1.2 units, and the half
+/// units of the rest.
 pub const POWER_ERROR: f64 = 5.0 * UNIT;
 
-/// What `raised` is off by beside that, per unit of its value and of one more than its exponent: ln 2 of the logarithm's 1.2 units, and
-/// the halving's own error, both as large as the value.
+/// What `raised` is off by beside that, per unit of its value and of one more than its exponent: ln
+/// 2 of the logarithm's 1.2 units, and the halving's own error, both as large as the value.
 pub const RAISED_ERROR: f64 = UNIT;
 
 /// Coefficients of log₂(1.5 + f) for f from −½ to ½, in 2⁻³⁰, from that of f on.
@@ -50,7 +53,8 @@ const LOG2: [i32; 10] = from(log2());
 /// Those of 2^−(½ + f).
 const HALVING: [i32; 6] = from(halving());
 
-/// Σ c_k·f^k for f in 2⁻³². Written out: in a loop the device takes five instructions for a term instead of two.
+/// Σ c_k·f^k for f in 2⁻³². Written out: in a loop the device takes five instructions for a term
+/// instead of two.
 macro_rules! series {
     ($f:expr, $last:expr) => { $last };
     ($f:expr, $first:expr, $($rest:expr),+) => { mul_high_add(series!($f, $($rest),+), $f, $first) };
@@ -107,7 +111,8 @@ impl Mul for Short {
     #[inline]
     fn mul(self, other: Self) -> Self {
         let product = i64::from(self.raw) * i64::from(other.raw) + (1 << (PLACES - 1));
-        // The high word held within 28 bits is one instruction of the device; four places behind it come from the low word.
+        // The high word held within 28 bits is one instruction of the device; four places behind it
+        // come from the low word.
         const MOST: i32 = (1 << (PLACES - 1)) - 1;
         let high = ((product >> 32) as i32).clamp(-1 - MOST, MOST);
         Self {
@@ -157,10 +162,12 @@ impl Powers for Short {
     fn power(self, exponent: Self) -> Self {
         let raw = self.raw.clamp(0, 1 << PLACES) as u32;
         let zeros = raw.leading_zeros();
-        // Behind its leading 1, which goes; less a half, so that the sign goes to both sides of the middle.
+        // Behind its leading 1, which goes; less a half, so that the sign goes to both sides of the
+        // middle.
         let mantissa = (raw << (zeros & 31)) << 1;
         let fraction = log2_of((mantissa ^ 1 << 31) as i32);
-        // −log₂ in 2⁻²⁷; of 0, which has a leading zero more than the smallest number, one halving more than leaves nothing.
+        // −log₂ in 2⁻²⁷; of 0, which has a leading zero more than the smallest number, one halving
+        // more than leaves nothing.
         let whole = (zeros + (zeros >> 5)) - (31 - PLACES);
         let halvings = (whole << 27).wrapping_sub(((fraction + (1 << 2)) >> 3) as u32);
         // Below 2⁶³ for any exponent that is not negative.
@@ -225,9 +232,11 @@ const fn halved_by(f: i32) -> i32 {
     sum(f, START)
 }
 
-/// Coefficients in 2⁻³⁰ of the powers of f, from the first one on, from those of the Chebyshev polynomials of 2·f.
+/// Coefficients in 2⁻³⁰ of the powers of f, from the first one on, from those of the Chebyshev
+/// polynomials of 2·f.
 const fn from<const N: usize>(chebyshev: [f64; N]) -> [i32; N] {
-    // The polynomial T_k of 2·f without its constant, and that constant; the same of the one before.
+    // The polynomial T_k of 2·f without its constant, and that constant; the same of the one
+    // before.
     let (mut last, mut last_constant) = ([0.0; N], 1.0);
     let (mut this, mut constant) = ([0.0; N], 0.0);
     this[0] = 2.0;
@@ -259,7 +268,8 @@ const fn from<const N: usize>(chebyshev: [f64; N]) -> [i32; N] {
     coefficients
 }
 
-/// ln(1 + x/3) = −ln(1 + β²) + 2·Σ (−1)^(k+1)·β^k/k·T_k(x) with β = 3 − √8, where 1.5 + f = 1.5·(1 + x/3).
+/// ln(1 + x/3) = −ln(1 + β²) + 2·Σ (−1)^(k+1)·β^k/k·T_k(x) with β = 3 − √8, where
+/// 1.5 + f = 1.5·(1 + x/3).
 const fn log2() -> [f64; 10] {
     let beta = 3.0 - 2.0 * SQRT_2;
     let mut series = [0.0; 10];
@@ -274,7 +284,8 @@ const fn log2() -> [f64; 10] {
     series
 }
 
-/// e^−(a·x) = I₀(a) + 2·Σ (−1)^k·I_k(a)·T_k(x) with a = ½·ln 2 and Bessel's modified functions, times √½.
+/// e^−(a·x) = I₀(a) + 2·Σ (−1)^k·I_k(a)·T_k(x) with a = ½·ln 2 and Bessel's modified functions,
+/// times √½.
 const fn halving() -> [f64; 6] {
     let half = 0.25 * LN_2;
     let mut series = [0.0; 6];

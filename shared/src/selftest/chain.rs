@@ -1,5 +1,6 @@
-//! A fixed rig and a fixed motion for the self-test: the whole on-board chain, from counts to residuals, as one digest; and
-//! chain and monitor together, sample by sample, so that their instructions can be counted.
+//! A fixed rig and a fixed motion for the self-test: the whole on-board chain, from counts to
+//! residuals, as one digest; and chain and monitor together, sample by sample, so that their
+//! instructions can be counted.
 
 use crate::base::Model;
 use crate::base::hum::Hum;
@@ -13,8 +14,9 @@ use crate::wire::rig::{ChannelDelays, Rig, RigAxis, Taps};
 use crate::wire::wiring::{AxisWiring, Signed, SignedDirection, Wiring};
 use heapless::Vec;
 
-/// Taps of the derivatives of the reference rig: five-point formulas at 32 Hz, times 2²⁵ and 2¹⁹. The reference model's
-/// ranges are ±1 in displacement and velocity alike, so the rig is a slow one.
+/// Taps of the derivatives of the reference rig: five-point formulas at 32 Hz, times 2²⁵ and 2¹⁹.
+/// The reference model's ranges are ±1 in displacement and velocity alike, so the rig is a slow
+/// one.
 const VELOCITY: [i32; 5] = [-89_478_485, 715_827_883, 0, -715_827_883, 89_478_485];
 const ACCELERATION: [i32; 5] = [
     -44_739_243,
@@ -42,13 +44,15 @@ const BAND: [i32; 9] = {
 /// Lengths of derivatives and low-pass of the digest's rig.
 pub const SHORT_TAPS: [usize; 2] = [VELOCITY.len(), BAND.len()];
 
-/// Binary logarithm of the samples from one residual in the band to the next: what the host chooses for that rig.
+/// Binary logarithm of the samples from one residual in the band to the next: what the host chooses
+/// for that rig.
 const BAND_EVERY_LOG2: u8 = 2;
 
 /// Lengths of derivatives and low-pass of a rig that is sampled at 1 kHz and judged up to 70 Hz.
 pub const USUAL_TAPS: [usize; 2] = [41, 129];
 
-/// The taps with as many zeros on both sides as make `length`, at most 129 or 257, as many as the filter in question holds.
+/// The taps with as many zeros on both sides as make `length`, at most 129 or 257, as many as the
+/// filter in question holds.
 fn taps<const MOST: usize>(taps: &[i32], shift: i8, length: usize) -> Taps<MOST> {
     let mut all = Vec::new();
     let zeros = length.saturating_sub(taps.len()) / 2;
@@ -60,8 +64,9 @@ fn taps<const MOST: usize>(taps: &[i32], shift: i8, length: usize) -> Taps<MOST>
     Taps { taps: all, shift }
 }
 
-/// A rig that the reference models fit, with every path of the chain in use: x with an accelerometer, phi with a derived acceleration, both
-/// held to ground, with mains hum in either force. The lengths of its derivatives and of its low-pass are odd and at most 129 and 257.
+/// A rig that the reference models fit, with every path of the chain in use: x with an
+/// accelerometer, phi with a derived acceleration, both held to ground, with mains hum in either
+/// force. The lengths of its derivatives and of its low-pass are odd and at most 129 and 257.
 ///
 /// # Errors
 /// None; the type is that of the calls it makes.
@@ -111,7 +116,8 @@ pub fn reference_rig([derivative, band]: [usize; 2]) -> Result<Rig, Error> {
     rig.check().map(|()| rig)
 }
 
-/// Two counters and a bridge channel an axis, the nearer counter on the body, and an accelerometer on x.
+/// Two counters and a bridge channel an axis, the nearer counter on the body, and an accelerometer
+/// on x.
 fn reference_wiring() -> Wiring {
     let mut wiring = Wiring::unconfigured();
     for number in 0..2 {
@@ -139,7 +145,8 @@ fn reference_wiring() -> Wiring {
     wiring
 }
 
-/// A motion in counts without a table or a float: every channel is an integer oscillator, kicked at random.
+/// A motion in counts without a table or a float: every channel is an integer oscillator, kicked at
+/// random.
 struct Motion {
     points: Points,
     position: [i32; 4],
@@ -156,7 +163,8 @@ impl Motion {
     }
 
     fn next(&mut self) -> RawSample {
-        // Symplectic Euler of a spring, in counts of 2⁻⁸; bounded because kicks are small and every step is damped.
+        // Symplectic Euler of a spring, in counts of 2⁻⁸; bounded because kicks are small and every
+        // step is damped.
         for ((position, velocity), tone) in
             self.position.iter_mut().zip(&mut self.velocity).zip(0..)
         {
@@ -178,7 +186,8 @@ impl Motion {
     }
 }
 
-/// The digest of every output of the chain over `samples` samples of the fixed motion; 0 when `model` does not fit the rig.
+/// The digest of every output of the chain over `samples` samples of the fixed motion; 0 when
+/// `model` does not fit the rig.
 pub fn chain_digest(model: &Model, seed: u64, samples: u32) -> u64 {
     chain_digest_by::<Portable>(model, seed, samples)
 }
@@ -191,15 +200,15 @@ pub fn chain_digest_by<K: Kernels>(model: &Model, seed: u64, samples: u32) -> u6
     }
 }
 
-/// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack before the chain's state
-/// comes: the smallest microcontroller has 16 KiB.
+/// The chain of the reference rig. Kept apart from [`run`], so that the rig has left the stack
+/// before the chain's state comes: the smallest microcontroller has 16 KiB.
 #[inline(never)]
 fn reference_chain(model: &Model, taps: [usize; 2]) -> Result<Chain, Error> {
     reference_rig(taps).and_then(|rig| Chain::new(model, &rig))
 }
 
-/// A rig with filters of the usual length and forces of the model's size, with mains hum in them or without, and limits under which every
-/// statistic is judged.
+/// A rig with filters of the usual length and forces of the model's size, with mains hum in them or
+/// without, and limits under which every statistic is judged.
 ///
 /// # Errors
 /// As [`reference_rig`].
@@ -245,7 +254,8 @@ fn run<K: Kernels>(chain: &Chain, model: &Model, seed: u64, samples: u32) -> u64
     digest.value()
 }
 
-/// Chain and monitor as a board runs them: every sample of the fixed motion through filters of the usual length.
+/// Chain and monitor as a board runs them: every sample of the fixed motion through filters of the
+/// usual length.
 pub struct Watched<'a> {
     chain: Chain,
     model: &'a Model,
@@ -256,8 +266,9 @@ pub struct Watched<'a> {
 }
 
 impl<'a> Watched<'a> {
-    /// Sets both up for a model, whose forces the rig's are made to resemble, with mains hum in either force channel where it
-    /// is `humming`; none when it does not fit the rig all the same.
+    /// Sets both up for a model, whose forces the rig's are made to resemble, with mains hum in
+    /// either force channel where it is `humming`; none when it does not fit the rig all the
+    /// same.
     pub fn new(model: &'a Model, seed: u64, humming: bool) -> Option<Self> {
         let chain = usual_chain(model, humming).ok()?;
         let monitor = Monitor::new(limits(model.axes()), &chain).ok()?;
@@ -271,7 +282,8 @@ impl<'a> Watched<'a> {
         })
     }
 
-    /// What the sensors give next: an eighth of the fixed motion, which stays inside the range, so that every residual counts.
+    /// What the sensors give next: an eighth of the fixed motion, which stays inside the range, so
+    /// that every residual counts.
     pub fn counts(&mut self) -> RawSample {
         let mut sample = self.motion.next();
         for raw in &mut sample {
@@ -280,7 +292,8 @@ impl<'a> Watched<'a> {
         sample
     }
 
-    /// Whether the next sample does a step of the end of a block of the monitor, and how many blocks of residuals were filled.
+    /// Whether the next sample does a step of the end of a block of the monitor, and how many
+    /// blocks of residuals were filled.
     pub fn blocks(&self) -> (bool, [u32; 2]) {
         let ((fine, _), (gross, ..)) = (self.watch.last_block(), self.watch.last_gross_block());
         (self.watch.is_ending(), [fine, gross])
@@ -330,8 +343,9 @@ fn limits(axes: usize) -> Limits {
 mod tests {
     use super::*;
 
-    /// Made by this test; they change only when a bit of the chain, the motion or the reference model changes. The second is of a
-    /// chain that gives a residual in the band at every sample.
+    /// Made by this test; they change only when a bit of the chain, the motion or the reference
+    /// model changes. The second is of a chain that gives a residual in the band at every
+    /// sample.
     const GOLDEN: [u64; 2] = [0xdfc2_ceb5_bd44_a7b1, 0xbe61_5064_fea3_8ed0];
 
     #[test]
@@ -348,7 +362,8 @@ mod tests {
                 at_rest += i32::from(output.measured.contains(&0));
             }
         }
-        // Mostly inside the range, sometimes out of it: a digest of saturated numbers would prove little.
+        // Mostly inside the range, sometimes out of it: a digest of saturated numbers would prove
+        // little.
         let percent = 100 * outside / outputs;
         assert!((1..60).contains(&percent), "{percent} % outside");
         assert!(at_rest < 10, "{at_rest} forces are zero");

@@ -1,7 +1,9 @@
-//! Test vectors that every machine draws alike, and one number that tells whether it computed the same forces from them.
+//! Test vectors that every machine draws alike, and one number that tells whether it computed the
+//! same forces from them.
 //!
-//! Host and device draw the same inputs, evaluate the same model and fold every output bit into a digest. Equal
-//! digests mean equal bits. Integers only, so that the check itself cannot depend on the machine.
+//! Host and device draw the same inputs, evaluate the same model and fold every output bit into a
+//! digest. Equal digests mean equal bits. Integers only, so that the check itself cannot depend on
+//! the machine.
 
 pub mod chain;
 pub mod network;
@@ -20,7 +22,8 @@ const CORNERS: [i32; 3] = [i32::MIN, 0, i32::MAX];
 /// Corner-and-centre points of four inputs: 3⁴.
 pub const CORNER_POINTS: u32 = 81;
 
-/// Marsaglia's xorshift64 (J. Stat. Softw. 8(14), 2003; shifts 13, 7, 17): period 2⁶⁴ − 1, the high half is used.
+/// Marsaglia's xorshift64 (J. Stat. Softw. 8(14), 2003; shifts 13, 7, 17): period 2⁶⁴ − 1, the high
+/// half is used.
 #[derive(Clone, Debug)]
 pub struct Points {
     state: u64,
@@ -67,7 +70,8 @@ pub fn corner(n: u32) -> [i32; 4] {
     })
 }
 
-/// Folds words into 64 bits: FNV-1a (Fowler, Noll, Vo; offset 0xcbf29ce484222325, prime 0x100000001b3), a word at a time.
+/// Folds words into 64 bits: FNV-1a (Fowler, Noll, Vo; offset 0xcbf29ce484222325, prime
+/// 0x100000001b3), a word at a time.
 #[derive(Clone, Debug)]
 pub struct Digest {
     state: u64,
@@ -99,8 +103,8 @@ impl Default for Digest {
     }
 }
 
-/// The digest of a model's outputs over the 81 corner-and-centre points and then `n` random points of `seed`, taken as one
-/// motion: effects with memory carry it from point to point.
+/// The digest of a model's outputs over the 81 corner-and-centre points and then `n` random points
+/// of `seed`, taken as one motion: effects with memory carry it from point to point.
 ///
 /// Host and device call this with the same model, seed and `n` and compare the result.
 pub fn digest(model: &Model, seed: u64, n: u32) -> u64 {
@@ -129,7 +133,8 @@ pub fn digest_by<K: Kernels>(model: &Model, seed: u64, n: u32) -> u64 {
     digest.value()
 }
 
-/// A dense two-axis model of all 512 terms, made from a fixed seed by integers alone; it lies in flash.
+/// A dense two-axis model of all 512 terms, made from a fixed seed by integers alone; it lies in
+/// flash.
 pub fn reference_model() -> &'static Model {
     &REFERENCE
 }
@@ -157,7 +162,8 @@ static REFERENCE: Model = Model {
     corrections: [ForceCorrection::NONE; 2],
 };
 
-/// The bounds of the reference model's error, in its force units; a test compares them with the computed ones.
+/// The bounds of the reference model's error, in its force units; a test compares them with the
+/// computed ones.
 const REFERENCE_BOUNDS: [f64; 2] = [14.0, 9.5];
 
 /// What both reference models say about themselves: two axes whose ranges are ±1.

@@ -1,4 +1,5 @@
-//! A fixed network for the self-test: 40 neurons for two axes, made from a fixed seed by integers alone; it lies in flash.
+//! A fixed network for the self-test: 40 neurons for two axes, made from a fixed seed by integers
+//! alone; it lies in flash.
 
 use crate::base::corrections::ForceCorrection;
 use crate::base::network::{HALF, NEURONS, NetworkModel, Neuron};
@@ -34,11 +35,12 @@ static REFERENCE: Model = Model {
     corrections: [ForceCorrection::NONE; 2],
 };
 
-/// The bounds of the reference network's error, in its force units; a test compares them with the computed ones.
+/// The bounds of the reference network's error, in its force units; a test compares them with the
+/// computed ones.
 const REFERENCE_BOUNDS: [f64; 2] = [9.6, 10.8];
 
-/// Words of both signs, as large as the sums allow, and from 400 to 4300 table steps per 2³² units of the argument: full
-/// scale of a neuron stands for tanh arguments between 6 and 67.
+/// Words of both signs, as large as the sums allow, and from 400 to 4300 table steps per 2³² units
+/// of the argument: full scale of a neuron stands for tanh arguments between 6 and 67.
 const fn reference_neurons() -> [Neuron; NEURONS] {
     let mut points = Points::new(2);
     let mut neurons = [Neuron {

@@ -1,8 +1,10 @@
-//! The raw counts around an alarm: always recorded, packed without loss, kept when an alarm comes, and sent piece by piece on request.
+//! The raw counts around an alarm: always recorded, packed without loss, kept when an alarm comes,
+//! and sent piece by piece on request.
 //!
-//! Motion sampled fast is smooth, so a count lies near the straight line through the two before it. What is left is written in
-//! Rice's code (R. F. Rice, "Some practical universal noiseless coding techniques", JPL Publication 79-22), whose one parameter follows
-//! the mean of what was left lately. Two axes so take 11 to 16 bytes a sample, by their noise, where their counts take 48.
+//! Motion sampled fast is smooth, so a count lies near the straight line through the two before it.
+//! What is left is written in Rice's code (R. F. Rice, "Some practical universal noiseless coding
+//! techniques", JPL Publication 79-22), whose one parameter follows the mean of what was left
+//! lately. Two axes so take 11 to 16 bytes a sample, by their noise, where their counts take 48.
 //!
 //! The record is a ring of chunks, each of which can be read without the others.
 
@@ -21,15 +23,18 @@ type Counts = [i32; CHANNELS];
 
 /// Bytes before the axes' states.
 const HEAD: usize = 12;
-/// Bytes that one sample of one axis takes at most: an escape of 44 bits per channel, and bits that were no byte yet.
+/// Bytes that one sample of one axis takes at most: an escape of 44 bits per channel, and bits that
+/// were no byte yet.
 const MOST: usize = (44 * CHANNELS).div_ceil(8) + 1;
 /// This many ones in place of a quotient say that all 32 bits follow.
 const ESCAPE: u32 = 12;
-/// Bits that are written at once: with up to 7 that are no byte yet, a word of 32 has room for them.
+/// Bits that are written at once: with up to 7 that are no byte yet, a word of 32 has room for
+/// them.
 const PUT: u32 = 24;
 /// The largest parameter of the code.
 const LARGEST: u32 = 20;
-/// The mean is kept this many binary places finer, and follows with the same time constant in values.
+/// The mean is kept this many binary places finer, and follows with the same time constant in
+/// values.
 const MEAN_LOG2: u32 = 4;
 
 /// What is known of one channel when its next count comes.
@@ -86,7 +91,8 @@ pub enum NoPiece {
 #[derive(Debug)]
 pub struct Capture {
     chunks: &'static mut [Chunk],
-    /// The chunk that is written, or was written last, and how many before it are whole, itself included once it is.
+    /// The chunk that is written, or was written last, and how many before it are whole, itself
+    /// included once it is.
     at: usize,
     whole: usize,
     /// Samples in the open chunk; 0 when none is open.
@@ -119,7 +125,8 @@ impl Capture {
         }
     }
 
-    /// Takes the sample with this number of a rig with so many axes; `follows_gap` when instants before it went by without one.
+    /// Takes the sample with this number of a rig with so many axes; `follows_gap` when instants
+    /// before it went by without one.
     pub fn sample(&mut self, number: u64, raw: &RawSample, axes: u8, follows_gap: bool) {
         if self.chunks.is_empty() || matches!(self.phase, Phase::Kept { .. }) {
             return;
@@ -142,7 +149,8 @@ impl Capture {
         self.samples = self.samples.saturating_add(1);
     }
 
-    /// An alarm was raised at this sample: what is around the first one is kept until it is released.
+    /// An alarm was raised at this sample: what is around the first one is kept until it is
+    /// released.
     pub fn alarm(&mut self, sample: u64) {
         if self.phase == Phase::Recording && !self.chunks.is_empty() {
             let all = self.chunks.len();
@@ -321,7 +329,8 @@ impl Pen<'_> {
     }
 }
 
-/// What is packed: the body's count as its difference to the near displacement's, which is the same counter on many rigs.
+/// What is packed: the body's count as its difference to the near displacement's, which is the same
+/// counter on many rigs.
 fn counts(raw: &RawAxis) -> Counts {
     let [far, near] = raw.displacement;
     let body = raw.body.wrapping_sub(near);
@@ -370,8 +379,9 @@ impl Bits<'_> {
     }
 }
 
-/// Unpacks a chunk: shows every sample, for each axis displacement far and near, body, acceleration, force and input. `None` when these are not
-/// the bytes of a chunk; the samples that were shown then are not to be used.
+/// Unpacks a chunk: shows every sample, for each axis displacement far and near, body,
+/// acceleration, force and input. `None` when these are not the bytes of a chunk; the samples that
+/// were shown then are not to be used.
 pub fn unpack(chunk: &[u8], mut show: impl FnMut(&[Counts; 2])) -> Option<Contents> {
     let (head, rest) = chunk.split_first_chunk::<HEAD>()?;
     let (number, &[low, high, axes, gap]) =

@@ -1,14 +1,16 @@
-//! Postcard messages of fixed length: every number with its whole width, little-endian, one behind the other, as model blobs and
-//! rig blocks hold them.
+//! Postcard messages of fixed length: every number with its whole width, little-endian, one behind
+//! the other, as model blobs and rig blocks hold them.
 //!
-//! What serde derives for messages of this size costs the device 10 KiB of program, most of it for lengths and errors that fields of fixed width
-//! cannot have. Here a message says itself how its numbers follow each other, and postcard reads and writes their bytes.
+//! What serde derives for messages of this size costs the device 10 KiB of program, most of it for
+//! lengths and errors that fields of fixed width cannot have. Here a message says itself how its
+//! numbers follow each other, and postcard reads and writes their bytes.
 
 use crate::fault::Error;
 use postcard::ser_flavors::Slice;
 use serde::{Deserialize, Serializer as _};
 
-/// Something that takes the same number of bytes whatever its value, and reads as something whatever its bytes.
+/// Something that takes the same number of bytes whatever its value, and reads as something
+/// whatever its bytes.
 pub(crate) trait Field: Sized {
     /// Bytes of it.
     const LEN: usize;

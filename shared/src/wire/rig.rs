@@ -1,7 +1,9 @@
-//! The rig as host and device know it: what is wired to what, what one count of each sensor is worth, inertia, filters, and what is normal.
+//! The rig as host and device know it: what is wired to what, what one count of each sensor is
+//! worth, inertia, filters, and what is normal.
 //!
-//! All of it is in SI units, and stands in the rig block once ([`crate::wire::rig_block`]). [`Chain::new`](crate::chain::Chain::new) makes
-//! the chain's integers from it when a device or a replay starts.
+//! All of it is in SI units, and stands in the rig block once ([`crate::wire::rig_block`]).
+//! [`Chain::new`](crate::chain::Chain::new) makes the chain's integers from it when a device or a
+//! replay starts.
 
 use crate::base::hum::Hum;
 use crate::fault::{Checks, Error};
@@ -14,7 +16,8 @@ use serde::{Deserialize, Serialize};
 
 /// The most taps a derivative may have; odd, so that the delay is a whole number of samples.
 pub const MAX_TAPS: usize = 129;
-/// The most taps of the low-pass over the residual: a band that is narrow beside the sample rate needs a long filter.
+/// The most taps of the low-pass over the residual: a band that is narrow beside the sample rate
+/// needs a long filter.
 pub const MAX_BAND_TAPS: usize = 257;
 
 /// The most that [`Rig::band_every_log2`] may be: a value at every 64th sample.
@@ -25,13 +28,15 @@ pub const MAX_COUNTER_DELAY: f64 = 2.0;
 
 /// A linear-phase FIR filter with integer taps: `y = Σ taps[i]·x[n−i] · 2^−shift`.
 ///
-/// The number of taps is odd and the same for the velocity and the acceleration filter of one rig, so that both lag
-/// by `(taps − 1) / 2` samples. Taps are symmetric (low-pass, second derivative) or antisymmetric (first derivative).
+/// The number of taps is odd and the same for the velocity and the acceleration filter of one rig,
+/// so that both lag by `(taps − 1) / 2` samples. Taps are symmetric (low-pass, second derivative)
+/// or antisymmetric (first derivative).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Taps<const MAX: usize = MAX_TAPS> {
     /// The taps, scaled by `2^shift`.
     pub taps: Vec<i32, MAX>,
-    /// The binary exponent that turns the integer taps into 1/s (first derivative), 1/s² (second) or 1 (low-pass).
+    /// The binary exponent that turns the integer taps into 1/s (first derivative), 1/s² (second)
+    /// or 1 (low-pass).
     pub shift: i8,
 }
 
@@ -41,11 +46,13 @@ pub struct RigAxis {
     /// Metres or radians per count of the displacement encoders.
     #[serde(serialize_with = "plain_zero")]
     pub displacement_step: f64,
-    /// Metres or radians per count of the body position; 0 where no counter measures it, and the displacement stands in for it.
+    /// Metres or radians per count of the body position; 0 where no counter measures it, and the
+    /// displacement stands in for it.
     #[serde(serialize_with = "plain_zero")]
     pub body_step: f64,
-    /// m/s² or rad/s² per count of the accelerometers; 0 where none is wired, and the acceleration is derived from the body position, or
-    /// from the displacement where there is no body position.
+    /// m/s² or rad/s² per count of the accelerometers; 0 where none is wired, and the acceleration
+    /// is derived from the body position, or from the displacement where there is no body
+    /// position.
     #[serde(serialize_with = "plain_zero")]
     pub acceleration_step: f64,
     /// Newtons or newton-metres per count of the force channel.
@@ -62,10 +69,12 @@ pub struct RigAxis {
     /// N·s/m or N·m·s/rad of a known damper from the body to ground.
     #[serde(serialize_with = "plain_zero")]
     pub ground_damping: f64,
-    /// What this force channel reads per newton or newton-metre on the other axis, and is taken off; 0 on one axis.
+    /// What this force channel reads per newton or newton-metre on the other axis, and is taken
+    /// off; 0 on one axis.
     #[serde(serialize_with = "plain_zero")]
     pub force_cross: f64,
-    /// What one count of the input is worth that effects of the axis follow, in its unit; 0 where none is wired.
+    /// What one count of the input is worth that effects of the axis follow, in its unit; 0 where
+    /// none is wired.
     #[serde(serialize_with = "plain_zero")]
     pub input_step: f64,
     /// The input at count 0, in the same unit.
@@ -80,7 +89,8 @@ pub struct RigAxis {
     pub hum: Hum,
 }
 
-/// By how many samples channels are late because of how the board reads them; negative when they are early.
+/// By how many samples channels are late because of how the board reads them; negative when they
+/// are early.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChannelDelays {
     /// Both displacement counters, −[`MAX_COUNTER_DELAY`] to [`MAX_COUNTER_DELAY`].
@@ -97,7 +107,8 @@ pub struct ChannelDelays {
     pub input: f64,
 }
 
-/// The rig: one or two axes, the sample rate, the filters that host and device share, and what the model on it asks for.
+/// The rig: one or two axes, the sample rate, the filters that host and device share, and what the
+/// model on it asks for.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rig {
     /// The checksum of the blob of the model whose corrections of the force channels are in here.
@@ -114,10 +125,12 @@ pub struct Rig {
     pub acceleration: Taps,
     /// The low-pass through which a residual goes before it is judged.
     pub band: Taps<MAX_BAND_TAPS>,
-    /// Binary logarithm of the samples from one residual in the band to the next, 0 to [`MAX_BAND_EVERY_LOG2`]: what lies above the
-    /// band is gone, so that fewer values than samples say all that there is to judge.
+    /// Binary logarithm of the samples from one residual in the band to the next, 0 to
+    /// [`MAX_BAND_EVERY_LOG2`]: what lies above the band is gone, so that fewer values than
+    /// samples say all that there is to judge.
     pub band_every_log2: u8,
-    /// What is normal; `None` until validation records were evaluated, and the monitor then only watches the sensors.
+    /// What is normal; `None` until validation records were evaluated, and the monitor then only
+    /// watches the sensors.
     pub limits: Option<Limits>,
 }
 
@@ -129,7 +142,8 @@ enum Symmetry {
     SymmetricSumZero,
 }
 
-/// What the arithmetic of the filters relies on, of taps of at most so many; `wrong` names length and shape.
+/// What the arithmetic of the filters relies on, of taps of at most so many; `wrong` names length
+/// and shape.
 fn check_taps(
     taps: &[i32],
     most: usize,
@@ -165,7 +179,8 @@ impl Rig {
         round_to_i64(1e6 * self.sample_rate_hz).unsigned_abs()
     }
 
-    /// Checks every quantity: what the arithmetic of the chain relies on, what the chips can be set to, and the monitor's limits.
+    /// Checks every quantity: what the arithmetic of the chain relies on, what the chips can be set
+    /// to, and the monitor's limits.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.
@@ -182,7 +197,8 @@ impl Rig {
         checks.done()
     }
 
-    /// Checks what the arithmetic of the chain relies on. Whether a board has the chips that are wired does not matter to it.
+    /// Checks what the arithmetic of the chain relies on. Whether a board has the chips that are
+    /// wired does not matter to it.
     ///
     /// # Errors
     /// [`Error::OutOfRange`] names the first quantity that is not usable.

@@ -1,7 +1,9 @@
 //! The rig as bytes: 4096 of them, the same in a file, on the wire and in flash beside the model.
 //!
-//! A head, then the [`Rig`] as a postcard message, then zeros, then a checksum; `docs/reference/rig-block.md` lists the fields. A block is
-//! refused unless it is, to the byte, what [`encode`] writes of the rig in it, and unless the chain and the chips can take every quantity.
+//! A head, then the [`Rig`] as a postcard message, then zeros, then a checksum;
+//! `docs/reference/rig-block.md` lists the fields. A block is refused unless it is, to the byte,
+//! what [`encode`] writes of the rig in it, and unless the chain and the chips can take every
+//! quantity.
 
 use crate::fault::Error;
 use crate::wire::blob::{BLOB_LEN, CRC};
@@ -15,7 +17,8 @@ pub const RIG_BLOCK_LEN: usize = 4096;
 pub const RIG_BLOCK_VERSION: u16 = 5;
 /// The first four bytes.
 pub const RIG_BLOCK_MAGIC: [u8; 4] = *b"JWRB";
-/// Where a flash slot holds it: right behind the model blob, so that both are written and given up together.
+/// Where a flash slot holds it: right behind the model blob, so that both are written and given up
+/// together.
 pub const RIG_BLOCK_OFFSET: usize = BLOB_LEN;
 /// Where the message begins, behind magic and version.
 pub const MESSAGE_OFFSET: usize = 6;
@@ -48,7 +51,8 @@ pub enum Refusal {
         /// The checksum of its bytes.
         wanted: u32,
     },
-    /// Its message is not that of a rig: a mark that is neither 0 nor 1, a list that is too long, a number that is too wide.
+    /// Its message is not that of a rig: a mark that is neither 0 nor 1, a list that is too long, a
+    /// number that is too wide.
     Message,
     /// Its message says what it says in other bytes than this program would.
     Form,
@@ -155,7 +159,8 @@ pub fn encode(rig: &Rig) -> Result<[u8; RIG_BLOCK_LEN], Error> {
 /// The rig of a block's bytes, checked in every respect.
 ///
 /// # Errors
-/// [`Refusal`]: length, magic, version and checksum first, in this order, then the message, then each quantity, then the form.
+/// [`Refusal`]: length, magic, version and checksum first, in this order, then the message, then
+/// each quantity, then the form.
 pub fn decode(bytes: &[u8]) -> Result<Rig, Refusal> {
     let message = message(bytes)?;
     let (rig, rest) = postcard::take_from_bytes::<Rig>(message).map_err(|_| Refusal::Message)?;
@@ -170,8 +175,8 @@ pub fn decode(bytes: &[u8]) -> Result<Rig, Refusal> {
     Ok(rig)
 }
 
-/// The checksum of the model that an undamaged block is for, without the rest of it: the whole is too large for a stack that holds
-/// much else.
+/// The checksum of the model that an undamaged block is for, without the rest of it: the whole is
+/// too large for a stack that holds much else.
 ///
 /// # Errors
 /// [`Refusal`]: length, magic, version and checksum, then the message.

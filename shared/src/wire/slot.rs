@@ -1,10 +1,13 @@
-//! A model slot byte by byte: model, rig block, the seal that makes them one signed whole, and the marks of its life.
+//! A model slot byte by byte: model, rig block, the seal that makes them one signed whole, and the
+//! marks of its life.
 //!
-//! A slot is a flash sector of its own. Erased flash reads ones; a word of four bytes can be programmed once, then only the
-//! whole sector can be erased. Every step of a slot's life is therefore a word of its own, and the order in which the words
-//! are programmed is what makes an update safe (`firmware/src/store`). `docs/reference/slot.md` lists the bytes.
+//! A slot is a flash sector of its own. Erased flash reads ones; a word of four bytes can be
+//! programmed once, then only the whole sector can be erased. Every step of a slot's life is
+//! therefore a word of its own, and the order in which the words are programmed is what makes an
+//! update safe (`firmware/src/store`). `docs/reference/slot.md` lists the bytes.
 //!
-//! A file that `jointwatch sign` writes is the same bytes: it can be sent to the device, or put into a slot by a debugger.
+//! A file that `jointwatch sign` writes is the same bytes: it can be sent to the device, or put
+//! into a slot by a debugger.
 
 use crate::wire::blob::{BLOB_LEN, CRC};
 use crate::wire::bytes::Bytes;
@@ -35,19 +38,21 @@ pub const ERASED: [u8; 4] = [0xFF; 4];
 /// A programmed mark: the step has been taken. Anything between is a word that power failed on.
 pub const MARKED: [u8; 4] = [0; 4];
 
-/// The slot is not to be used. Once before the seal and once behind it, so that an erasure that power cuts short, from
-/// whichever end, cannot leave a seal without at least one of them.
+/// The slot is not to be used. Once before the seal and once behind it, so that an erasure that
+/// power cuts short, from whichever end, cannot leave a seal without at least one of them.
 pub const VOID_OFFSETS: [usize; 2] = [8192, 8444];
-/// The slot was erased for an upload: what stands in it without a seal is no model, however much it looks like one.
+/// The slot was erased for an upload: what stands in it without a seal is no model, however much it
+/// looks like one.
 pub const BEGUN_OFFSET: usize = 8196;
 /// Everything was written and verified.
 pub const SEALED_OFFSET: usize = 8364;
 /// The device has started with this model.
 pub const TRIED_OFFSET: usize = 8368;
-/// The model has run: eight words, of which one suffices. The next one is taken when power failed on the one before.
+/// The model has run: eight words, of which one suffices. The next one is taken when power failed
+/// on the one before.
 pub const CONFIRMED_OFFSETS: [usize; 8] = [8372, 8376, 8380, 8384, 8388, 8392, 8396, 8400];
-/// Where the journal begins: what a device has to remember beyond the life of a model, an [`Entry`] after the other, up to the end
-/// of the sector.
+/// Where the journal begins: what a device has to remember beyond the life of a model, an [`Entry`]
+/// after the other, up to the end of the sector.
 pub const JOURNAL_OFFSET: usize = SLOT_LEN;
 
 /// Bytes of what is signed: see [`Header::signed_bytes`].
@@ -68,7 +73,8 @@ const ORDER_PURPOSE: [u8; 16] = *b"jointwatch order";
 pub struct Header {
     /// Bytes of the rig block, a multiple of 4; 0 when there is none.
     pub rig_len: u32,
-    /// Grows from one signed model to the next. A device takes none that is not newer than the newest that has proven itself on it.
+    /// Grows from one signed model to the next. A device takes none that is not newer than the
+    /// newest that has proven itself on it.
     pub release: u32,
     /// The class of devices that it is for: its name, and zeros behind it.
     pub class: Bytes<CLASS_LEN>,
@@ -109,8 +115,9 @@ pub enum Order {
     RevokeOther,
 }
 
-/// The bytes that the signature of an order is made over. `number` is the one that the device tells when it introduces itself; it
-/// changes with every order that is carried out, so that none is carried out twice.
+/// The bytes that the signature of an order is made over. `number` is the one that the device tells
+/// when it introduces itself; it changes with every order that is carried out, so that none is
+/// carried out twice.
 pub fn signed_order(order: Order, number: u32, class: &[u8; CLASS_LEN]) -> [u8; ORDER_LEN] {
     let mut bytes = [0; ORDER_LEN];
     let numbers = [order as u32, number].map(u32::to_le_bytes);
@@ -121,8 +128,9 @@ pub fn signed_order(order: Order, number: u32, class: &[u8; CLASS_LEN]) -> [u8; 
     bytes
 }
 
-/// What a device has to remember beyond the life of a model. Every change of it is an entry of its own in the journal of a slot that
-/// is not about to be erased; the one with the largest number counts.
+/// What a device has to remember beyond the life of a model. Every change of it is an entry of its
+/// own in the journal of a slot that is not about to be erased; the one with the largest number
+/// counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Entry {
     /// Grows with every entry.
@@ -210,7 +218,8 @@ impl Entry {
 /// What makes model and rig block one whole, and says whose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seal {
-    /// Grows with every upload: of two good slots the one with the larger number is the newer. 0 in a file.
+    /// Grows with every upload: of two good slots the one with the larger number is the newer. 0
+    /// in a file.
     pub sequence: u32,
     /// What is signed.
     pub header: Header,

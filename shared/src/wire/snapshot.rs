@@ -58,7 +58,8 @@ pub struct Recorder {
     /// Samples until the next one is recorded.
     left: u16,
     ring: Ring,
-    /// Residuals still to be recorded after an alarm, and samples from the newest one before it to the alarm.
+    /// Residuals still to be recorded after an alarm, and samples from the newest one before it to
+    /// the alarm.
     ending: Option<(u8, u16)>,
     kept: Ring,
     alarm: u16,
@@ -104,8 +105,8 @@ impl Recorder {
         }
     }
 
-    /// The verdict over the sample that was taken last, and the one before it: keeps what is around an alarm that begins; nothing new
-    /// while another snapshot is still being recorded.
+    /// The verdict over the sample that was taken last, and the one before it: keeps what is around
+    /// an alarm that begins; nothing new while another snapshot is still being recorded.
     pub fn verdict(&mut self, before: &Verdict, said: &Verdict) {
         let begins = said.state == State::Alarm && before.state != State::Alarm;
         if begins && self.ending.is_none() && self.ring.filled > 0 {

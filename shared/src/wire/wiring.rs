@@ -1,7 +1,8 @@
-//! How the rig is wired: which counter, bridge and accelerometer measures what of which axis, with which sign and setting.
+//! How the rig is wired: which counter, bridge and accelerometer measures what of which axis, with
+//! which sign and setting.
 //!
-//! The [`Rig`](crate::wire::rig::Rig) says what a count is worth; this says where the count comes from. [`Wiring::raw_sample`]
-//! puts what the chips gave into the order of the chain, in integers.
+//! The [`Rig`](crate::wire::rig::Rig) says what a count is worth; this says where the count comes
+//! from. [`Wiring::raw_sample`] puts what the chips gave into the order of the chain, in integers.
 
 use crate::chain::{RawAxis, RawSample};
 use crate::fault::{Checks, Error};
@@ -33,7 +34,8 @@ pub struct Counter {
 pub struct Converter {
     /// Binary logarithm of each channel's gain: 0 to 7 for 1 to 128.
     pub gain_log2: [u8; CHANNELS],
-    /// The oversampling is 128·2ⁿ modulator clocks, n from 0 to 7: 32,000 to 250 conversions per second at 8.192 MHz.
+    /// The oversampling is 128·2ⁿ modulator clocks, n from 0 to 7: 32,000 to 250 conversions per
+    /// second at 8.192 MHz.
     pub oversampling: u8,
 }
 
@@ -42,7 +44,8 @@ pub struct Converter {
 pub struct Accelerometer {
     /// Range: 1 is ±2.048 g, 2 is ±4.096 g, 3 is ±8.192 g.
     pub range: u8,
-    /// Its low-pass: 0 is 4000 samples/s with a corner at 1000 Hz; each step halves both, up to 10.
+    /// Its low-pass: 0 is 4000 samples/s with a corner at 1000 Hz; each step halves both, up
+    /// to 10.
     pub filter: u8,
     /// Whether the board's sync line, not the chip's own clock, says when a sample is taken.
     pub external_sync: bool,
@@ -71,7 +74,8 @@ pub struct SignedDirection {
 /// Where the counts of one axis come from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisWiring {
-    /// Counter of the displacement's far side; of the relative displacement itself where there is no near side.
+    /// Counter of the displacement's far side; of the relative displacement itself where there is
+    /// no near side.
     pub far: Signed,
     /// Counter of the near side, which is subtracted.
     pub near: Option<Signed>,
@@ -79,12 +83,15 @@ pub struct AxisWiring {
     pub body: Option<Signed>,
     /// Converter channel of the force or torque.
     pub force: Signed,
-    /// Converter channel of what effects of the axis follow: a voltage, a temperature, a pressure, a normal load.
+    /// Converter channel of what effects of the axis follow: a voltage, a temperature, a pressure,
+    /// a normal load.
     pub input: Option<Signed>,
-    /// What adds up to the acceleration's code: nothing where it is derived from the position, one direction of one
-    /// chip, or two: with equal signs twice their mean, with opposite signs the turning of a pair.
+    /// What adds up to the acceleration's code: nothing where it is derived from the position, one
+    /// direction of one chip, or two: with equal signs twice their mean, with opposite signs
+    /// the turning of a pair.
     pub acceleration: [Option<SignedDirection>; 2],
-    /// Distance between the two accelerometers of a pair that measures a rotation, m; 0 where there is none.
+    /// Distance between the two accelerometers of a pair that measures a rotation, m; 0 where
+    /// there is none.
     #[serde(serialize_with = "crate::scalar::zero::plain_zero")]
     pub pair_distance_m: f64,
 }
@@ -113,7 +120,8 @@ pub struct Readings {
     pub accelerations: [[i32; DIRECTIONS]; ACCELEROMETERS],
 }
 
-/// The value with its sign; a counter at its lowest value stays there, as it is its own negative modulo 2³².
+/// The value with its sign; a counter at its lowest value stays there, as it is its own negative
+/// modulo 2³².
 fn signed(value: i32, negative: bool) -> i32 {
     if negative {
         value.wrapping_neg()
@@ -138,7 +146,8 @@ impl SignedDirection {
 }
 
 impl Wiring {
-    /// Every chip of the board with a plain setting and no axes: what a board without a rig block reads its raw counts with.
+    /// Every chip of the board with a plain setting and no axes: what a board without a rig block
+    /// reads its raw counts with.
     pub fn unconfigured() -> Self {
         let counter = Counter {
             quadrature: 4,

@@ -1,6 +1,7 @@
 //! The fixed-point operations against the same in wide integers, and at every rail.
 //!
-//! proptest prints the failing case and its seed, and keeps it in `proptest-regressions` as a named regression.
+//! proptest prints the failing case and its seed, and keeps it in `proptest-regressions` as a named
+//! regression.
 
 use jointwatch_shared::scalar::fixed::{
     mul_high_add, mul_shift, q31_from_f64, q31_powers, q31_to_f64, round_shift, round_to_i64,
@@ -55,7 +56,8 @@ proptest! {
         let [first, square, cube] = q31_powers(x).map(i128::from);
         let x = i128::from(x);
         prop_assert_eq!(first, x);
-        // In units of 2⁻⁶² and 2⁻⁹³: half a unit of the square (a whole one of (−1)²), one of the cube.
+        // In units of 2⁻⁶² and 2⁻⁹³: half a unit of the square (a whole one of (−1)²), one of the
+        // cube.
         let square_error = (square * (1 << 31) - x * x).abs();
         let half = if x == -(1 << 31) { 1 << 31 } else { 1 << 30 };
         prop_assert!(square_error <= half);

@@ -1,6 +1,8 @@
-//! How far the integer network is from its `f64` original: measured over families of networks, against bound and budget.
+//! How far the integer network is from its `f64` original: measured over families of networks,
+//! against bound and budget.
 //!
-//! `cargo test --release -p jointwatch-shared --test network_error -- --nocapture` prints the table of docs/explanation/numerics.md.
+//! `cargo test --release -p jointwatch-shared --test network_error -- --nocapture` prints the table
+//! of docs/explanation/numerics.md.
 
 use jointwatch_shared::base::Output;
 use jointwatch_shared::base::network::{NEURONS, NetworkModel};
@@ -21,8 +23,8 @@ struct Network {
     output_bias: Vec<f64>,
 }
 
-/// A kind of network: its name, neurons, the sizes of its weights and of its output weights from the neuron's number and a
-/// random number in [−1, 1), and whether no weight is above 2.
+/// A kind of network: its name, neurons, the sizes of its weights and of its output weights from
+/// the neuron's number and a random number in [−1, 1), and whether no weight is above 2.
 struct Family {
     name: &'static str,
     neurons: usize,
@@ -155,7 +157,8 @@ struct Measured {
     force: f64,
 }
 
-/// Errors over random real inputs and over the corners and centres, and the largest force over all of them.
+/// Errors over random real inputs and over the corners and centres, and the largest force over all
+/// of them.
 fn measure(
     network: &Network,
     model: &NetworkModel,

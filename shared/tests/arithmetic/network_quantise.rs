@@ -1,4 +1,5 @@
-//! Bringing a network to integers: what cannot be held is named, and what can comes out at the best scale.
+//! Bringing a network to integers: what cannot be held is named, and what can comes out at the best
+//! scale.
 
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::network::{NEURONS, NetworkModel};

@@ -1,6 +1,8 @@
-//! How far the integer polynomial is from its `f64` original: measured over families of models, against bound and budget.
+//! How far the integer polynomial is from its `f64` original: measured over families of models,
+//! against bound and budget.
 //!
-//! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the table of docs/explanation/numerics.md.
+//! `cargo test --release -p jointwatch-shared --test polynomial_error -- --nocapture` prints the
+//! table of docs/explanation/numerics.md.
 
 use jointwatch_shared::base::Output;
 use jointwatch_shared::base::polynomial::PolynomialModel;
@@ -12,7 +14,8 @@ const POINTS: u32 = 1_000_000;
 /// What the largest error may be, as a share of Σ|c|.
 const BUDGET: f64 = 1e-8;
 
-/// A kind of model: its name, and the coefficient of a term from its exponents and two random numbers in [−1, 1).
+/// A kind of model: its name, and the coefficient of a term from its exponents and two random
+/// numbers in [−1, 1).
 struct Family {
     name: &'static str,
     coefficient: fn(exponents: [usize; 4], size: f64, choice: f64) -> f64,
@@ -92,7 +95,8 @@ fn unit(points: &mut Points) -> f64 {
     q31_to_f64(points.next_word())
 }
 
-/// The largest and the root-mean-square error over random real inputs, and the largest over the corners and centres.
+/// The largest and the root-mean-square error over random real inputs, and the largest over the
+/// corners and centres.
 fn measure(
     model: &PolynomialModel,
     outputs: &[Output],

@@ -1,4 +1,5 @@
-//! Bringing a polynomial to integers: what cannot be held is named, and what can comes out at the best scale.
+//! Bringing a polynomial to integers: what cannot be held is named, and what can comes out at the
+//! best scale.
 
 use jointwatch_shared::base::axis::{Axis, AxisKind, Convention, InputRange, Name};
 use jointwatch_shared::base::polynomial::PolynomialModel;
@@ -122,7 +123,8 @@ fn a_model_beyond_its_budget_names_its_largest_coefficient() {
 
 #[test]
 fn the_scale_is_used_to_the_full() {
-    // All force at one corner: the output there is within a factor 2 of the rail whatever the size of the numbers.
+    // All force at one corner: the output there is within a factor 2 of the rail whatever the size
+    // of the numbers.
     for factor in [1e-40, 0.37, 1.0, 1.9, 1e40] {
         let values: Vec<f64> = (1..=256).map(|n| f64::from(n) * factor).collect();
         let (model, _) = PolynomialModel::quantise(&[3; 4], &[&values, &values]).unwrap();

@@ -1,4 +1,5 @@
-//! A joint that loses its force, gains some, or seizes; one that rests; and samples that are lost: what the monitor says of each axis.
+//! A joint that loses its force, gains some, or seizes; one that rests; and samples that are lost:
+//! what the monitor says of each axis.
 
 use super::watched::{GONE, Joint, RATE_HZ, RESTING, SEIZED, WELL, Watched, chain};
 use jointwatch_shared::chain::{RawAxis, RawSample};

@@ -1,4 +1,5 @@
-//! Whatever the counts, the residuals, the faults and the limits, the monitor goes on, and says only what it can mean.
+//! Whatever the counts, the residuals, the faults and the limits, the monitor goes on, and says
+//! only what it can mean.
 
 use jointwatch_shared::chain::{Chain, Output, RawAxis};
 use jointwatch_shared::monitor::limits::{AxisLimits, CHANNELS, Cusum, Limits, TwoSided};

@@ -17,10 +17,12 @@ const MOTION: f64 = 1e9;
 /// The model's error, as a part of the force.
 const ERROR: f64 = 0.1;
 
-/// The monitor, every how many samples a residual in the band comes, and how much older than the rest of an output it is, s.
+/// The monitor, every how many samples a residual in the band comes, and how much older than the
+/// rest of an output it is, s.
 fn monitor() -> (Monitor, u32, f64) {
     let cusum = |drift, threshold| Cusum { drift, threshold };
-    // What a tenth of the force shifts a share by is a twentieth; an alarm takes six blocks at least.
+    // What a tenth of the force shifts a share by is a twentieth; an alarm takes six blocks at
+    // least.
     let side = cusum(SHARE / 60, SHARE / 4);
     let both = TwoSided {
         more: side,
@@ -191,7 +193,8 @@ impl Watched {
                 ..
             } = self.state.axis(&self.monitor, axis);
             if verdict.state == State::Healthy {
-                // Whatever is lost, and however: healthy says that a fifth of the recent time was judged, of samples that came.
+                // Whatever is lost, and however: healthy says that a fifth of the recent time was
+                // judged, of samples that came.
                 assert!(judged_permille >= 195, "{judged_permille} at {time} s");
                 assert!(received >= 0.19, "{received} received at {time} s");
             }

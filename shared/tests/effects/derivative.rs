@@ -1,12 +1,13 @@
-//! The derivative by a parameter that a law's dual numbers give, against differences of its real ones.
+//! The derivative by a parameter that a law's dual numbers give, against differences of its real
+//! ones.
 
 use super::{SCALES, largest, motion, parameters, run, taken};
 use jointwatch_shared::effect::{EFFECTS, Entry, MAX_PARAMETERS, SLOPES};
 use jointwatch_shared::scalar::dual::Dual;
 use proptest::prelude::*;
 
-/// Forces along `rows` whose derivative by parameter `at` is not the slope from `step` below its value to as much above it, relative to
-/// the value.
+/// Forces along `rows` whose derivative by parameter `at` is not the slope from `step` below its
+/// value to as much above it, relative to the value.
 fn rows_that_differ(
     entry: &Entry,
     values: [f64; MAX_PARAMETERS],
@@ -35,10 +36,12 @@ fn rows_that_differ(
     wrong
 }
 
-/// Whether the derivative by parameter `at` is the slope between two sides that lie close enough together.
+/// Whether the derivative by parameter `at` is the slope between two sides that lie close enough
+/// together.
 ///
-/// A corner or a switch that lies between them belongs to neither, and a state that remembers it shows it in every row that follows: then
-/// the sides move closer, until it lies between them no more. A law that is wrong is so at every distance.
+/// A corner or a switch that lies between them belongs to neither, and a state that remembers it
+/// shows it in every row that follows: then the sides move closer, until it lies between them no
+/// more. A law that is wrong is so at every distance.
 fn derivative_agrees(
     entry: &Entry,
     values: [f64; MAX_PARAMETERS],

@@ -1,4 +1,5 @@
-//! Long runs: the device's error beside its bound, laws with memory beside their differential equations.
+//! Long runs: the device's error beside its bound, laws with memory beside their differential
+//! equations.
 
 use super::{header, of_the_joint, parameters, run, taken, term};
 use jointwatch_shared::base::Model;
@@ -10,8 +11,8 @@ use jointwatch_shared::units::References;
 /// The lag of terms that follow an input behind one, s.
 pub(super) const LAG_S: f64 = 0.02;
 
-/// The largest |device − f64| of a model of one effect along a motion in units of the training range, and the bound that it
-/// states; per axis, in N or N·m.
+/// The largest |device − f64| of a model of one effect along a motion in units of the training
+/// range, and the bound that it states; per axis, in N or N·m.
 pub(super) fn worst_errors(
     model: &Model,
     term: &EffectValues,
@@ -96,7 +97,8 @@ fn errors(model: &Model, term: &EffectValues, rows: &[[f64; 4]]) -> Vec<[f64; 2]
     rows.iter().map(of_row).collect()
 }
 
-/// A slow motion with many reversals, at times at rest: what a state of a hysteresis forgets most slowly.
+/// A slow motion with many reversals, at times at rest: what a state of a hysteresis forgets most
+/// slowly.
 fn slow_motion(seed: f64, rows: usize) -> Vec<[f64; 4]> {
     let at = |row: usize| {
         let t = row as f64 * 2e-4;
@@ -135,7 +137,8 @@ fn errors_stay_within_their_bounds_and_those_of_states_do_not_gather() {
             let [early, late] = [largest_of(&errors[..100_000]), largest_of(&errors)];
             let bound = model.outputs()[0].error_bound;
             assert!(late <= bound, "{name}: off by {late:e}, bound {bound:e}");
-            // The last quarter of the run is no worse than the first one but for chance: what gathers at random would be 2.6 times as large.
+            // The last quarter of the run is no worse than the first one but for chance: what
+            // gathers at random would be 2.6 times as large.
             let [first, last] = [
                 rms(&errors[..100_000]),
                 rms(&errors[errors.len() - 100_000..]),
@@ -153,7 +156,8 @@ fn errors_stay_within_their_bounds_and_those_of_states_do_not_gather() {
 
 #[test]
 fn a_state_follows_its_differential_equation_at_usual_sample_rates() {
-    // A motion that begins at rest, as every state does, as it is sampled, and the same motion sampled 32 times as often.
+    // A motion that begins at rest, as every state does, as it is sampled, and the same motion
+    // sampled 32 times as often.
     const FINER: usize = 32;
     let at = |t: f64| {
         let x = 0.6 * t.sin() + 0.35 * (2.7 * t + 1.0).sin();

@@ -10,7 +10,8 @@ use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::{self, CORNER_POINTS, Digest, Points, corner};
 use jointwatch_shared::wire::blob::{BLOB_LEN, BLOB_VERSION, CHECKSUM_OFFSET, decode, encode};
 
-/// One of every base and number of axes, a network that does not use all its places, and effects on every base.
+/// One of every base and number of axes, a network that does not use all its places, and effects on
+/// every base.
 fn models(seed: u64) -> [Model; 8] {
     [
         polynomial(1, seed),
@@ -78,7 +79,8 @@ fn every_flipped_bit_is_refused() {
     }
 }
 
-/// Evaluates in the device's integers and in 128 bits; any overflow makes them differ (or panics in a debug build).
+/// Evaluates in the device's integers and in 128 bits; any overflow makes them differ (or panics in
+/// a debug build).
 fn assert_no_overflow(model: &Model, what: &str, points: u32) {
     let seed = 11;
     let mut random = Points::new(seed);
@@ -110,7 +112,8 @@ fn flips_with_a_right_checksum_are_refused_or_harmless() {
                 assert_no_overflow(&model, &format!("{what}, bit {bit}"), 4);
             }
         }
-        // Low bits of coefficients and weights are fair game; were none accepted, this test would show nothing.
+        // Low bits of coefficients and weights are fair game; were none accepted, this test would
+        // show nothing.
         assert!(accepted > 900, "{what}: {accepted}");
         all += accepted;
     }
@@ -309,7 +312,8 @@ fn refusals_say_what_was_seen() {
     );
 }
 
-/// Changed bytes mean a new format version: blobs in the field have to stay readable or be refused by their version.
+/// Changed bytes mean a new format version: blobs in the field have to stay readable or be refused
+/// by their version.
 #[test]
 fn the_bytes_of_the_reference_models_are_pinned() {
     for (model, pinned) in [

@@ -6,7 +6,8 @@ use jointwatch_shared::base::{Base, Model};
 use jointwatch_shared::effect::EFFECTS;
 use jointwatch_shared::wire::blob::{BLOB_LEN, CHECKSUM_OFFSET, encode};
 
-/// The offset, the length and the name of every row of the tables of docs/reference/blob.md: the blob, a network's base, and an effect.
+/// The offset, the length and the name of every row of the tables of docs/reference/blob.md: the
+/// blob, a network's base, and an effect.
 fn documented_fields() -> [Vec<(usize, usize, String)>; 3] {
     let page = include_str!("../../../docs/reference/blob.md");
     let (blob, rest) = page.split_once("## A network").unwrap();
@@ -22,7 +23,8 @@ fn documented_fields() -> [Vec<(usize, usize, String)>; 3] {
     })
 }
 
-/// The bytes that the row `name` of the table of the whole blob states for a two-axis model of seed 10.
+/// The bytes that the row `name` of the table of the whole blob states for a two-axis model of
+/// seed 10.
 fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Vec<u8> {
     let header = model.header();
     let (of, output) = (&header.axes[axis], &model.outputs()[axis]);
@@ -97,7 +99,8 @@ fn documented_bytes(model: &Model, axis: usize, name: &str, length: usize) -> Ve
     }
 }
 
-/// The byte that says how far the effects' force unit is from the base's, as that of the base alone shows it.
+/// The byte that says how far the effects' force unit is from the base's, as that of the base alone
+/// shows it.
 fn base_shifts(model: &Model) -> Vec<u8> {
     let alone = match model.base() {
         Base::Polynomial(_) => polynomial(2, 10),

@@ -1,4 +1,5 @@
-//! The counts around an alarm come back as they were, for as long as is promised, whatever they are.
+//! The counts around an alarm come back as they were, for as long as is promised, whatever they
+//! are.
 
 use jointwatch_shared::chain::{RawAxis, RawSample};
 use jointwatch_shared::wire::capture::{CHUNK, Capture, Chunk, NoPiece, unpack};
@@ -32,7 +33,8 @@ fn raw([far, near, body, acceleration, force, input]: [i32; 6]) -> RawAxis {
 /// Samples with their numbers.
 type Samples = Vec<(u64, [[i32; 6]; 2])>;
 
-/// Everything that is kept: number and counts of each sample, and how many chunks say that they follow a gap.
+/// Everything that is kept: number and counts of each sample, and how many chunks say that they
+/// follow a gap.
 fn kept(capture: &Capture) -> (Samples, usize) {
     let (mut samples, mut gaps) = (Vec::new(), 0);
     let pieces = capture.piece(0).unwrap().pieces;

@@ -1,4 +1,5 @@
-//! What a force follows beside the motion: read in time with it, behind its lag, held at the edge of its range, and asked for by the model.
+//! What a force follows beside the motion: read in time with it, behind its lag, held at the edge
+//! of its range, and asked for by the model.
 
 use super::sample_rigs::{block, model as plain};
 use super::wide;
@@ -187,8 +188,8 @@ fn a_model_that_follows_an_input_asks_the_rig_for_it() {
     assert!(Chain::new(&plain(1), &block(1, false)).is_ok());
 }
 
-/// Holds a model without effects against the same in wide integers and in `f64`, from the motion and the voltage of many samples, and
-/// against what a blob of it decodes to.
+/// Holds a model without effects against the same in wide integers and in `f64`, from the motion
+/// and the voltage of many samples, and against what a blob of it decodes to.
 fn holds(model: &Model, exact: impl Fn([f64; 3]) -> f64) {
     let decoded = blob::decode(&blob::encode(model)).unwrap();
     assert_eq!(&decoded, model);

@@ -196,7 +196,8 @@ fn postcard_len(value: u32) -> usize {
     (32 - value.leading_zeros()).div_ceil(7).max(1) as usize
 }
 
-/// The checksum of the model as postcard writes it, and with a byte that says nothing; and a zero with a sign.
+/// The checksum of the model as postcard writes it, and with a byte that says nothing; and a zero
+/// with a sign.
 #[test]
 fn a_rig_in_other_bytes_is_refused() {
     let mut rig = block(1, false);

@@ -1,4 +1,5 @@
-//! The page of the rig block lists its fields in the order in which they are written, and what is written does not change unnoticed.
+//! The page of the rig block lists its fields in the order in which they are written, and what is
+//! written does not change unnoticed.
 
 use super::sample_rigs::block;
 use jointwatch_shared::wire::rig_block::{CHECKSUM_OFFSET, encode};

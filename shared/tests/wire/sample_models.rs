@@ -1,4 +1,5 @@
-//! Models to write as blobs: a different value in every field, so that no two fields can be taken for each other.
+//! Models to write as blobs: a different value in every field, so that no two fields can be taken
+//! for each other.
 
 use jointwatch_shared::base::axis::{
     Axis, AxisKind, Convention, Input, InputRange, Name, Validation,
@@ -87,7 +88,8 @@ fn corrected(model: Model) -> Model {
     model.correcting(corrections).unwrap()
 }
 
-/// A network with a different value in every field, of weights of up to 2 and forces of up to some hundred newtons.
+/// A network with a different value in every field, of weights of up to 2 and forces of up to some
+/// hundred newtons.
 pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
     let mut points = Points::new(seed);
     let mut draw = |count: usize, size: f64| -> Vec<f64> {
@@ -110,7 +112,8 @@ pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
 /// The largest tag of an effect in these models.
 const LAST_SAMPLED: u8 = 18;
 
-/// Effects with a different value in every parameter: as many of the table as act on these axes and a blob holds.
+/// Effects with a different value in every parameter: as many of the table as act on these axes and
+/// a blob holds.
 pub(crate) fn effects(axes: usize, seed: u64) -> Vec<EffectValues> {
     let mut points = Points::new(seed);
     // The first ones, so that new effects change no sample.

@@ -1,7 +1,8 @@
 //! The digests that every machine has to reproduce, and the reference model behind them.
 //!
-//! The pinned values were made by this test on x86-64 (it prints what it got when they differ); the firmware's self-test
-//! compares against the same function, so a device that differs in one bit fails.
+//! The pinned values were made by this test on x86-64 (it prints what it got when they differ); the
+//! firmware's self-test compares against the same function, so a device that differs in one bit
+//! fails.
 
 use jointwatch_shared::base::Base;
 use jointwatch_shared::selftest::network::reference_network;

@@ -65,7 +65,8 @@ fn every_flipped_bit_is_refused_and_the_next_frame_is_read() {
     no_flipped_bit_gets_through(&all_requests());
 }
 
-/// Every frame cut off at its end or its beginning, before a good one. Only the zeros at its ends may be missing.
+/// Every frame cut off at its end or its beginning, before a good one. Only the zeros at its ends
+/// may be missing.
 fn no_torn_frame_gets_through<M: Message + Debug + PartialEq + Clone>(all: &[M]) {
     for message in all {
         let (torn, after) = (frame(message, 2), frame(message, 3));

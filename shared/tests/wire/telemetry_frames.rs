@@ -1,4 +1,5 @@
-//! One example of every message, and the longest of each, for the tests of frames and of the page that explains them.
+//! One example of every message, and the longest of each, for the tests of frames and of the page
+//! that explains them.
 #![allow(
     dead_code,
     reason = "each test binary uses the part of this that it needs"

@@ -1,4 +1,5 @@
-//! Frames on a line that flips bits, loses bytes and carries nonsense: no wrong message, and the next good one is read.
+//! Frames on a line that flips bits, loses bytes and carries nonsense: no wrong message, and the
+//! next good one is read.
 
 use super::telemetry_frames::{decode, frame, hello, messages, reports, requests};
 use jointwatch_shared::wire::telemetry::{Decoder, Message, Received, Report, Request};
@@ -107,7 +108,8 @@ proptest! {
         decode::<Request>(&stream);
     }
 
-    /// Mostly frames, with pieces cut out and bytes changed: deeper into the fields than arbitrary bytes get.
+    /// Mostly frames, with pieces cut out and bytes changed: deeper into the fields than arbitrary
+    /// bytes get.
     #[test]
     fn frames_with_anything_done_to_them_are_decoded_without_panic(
         picks in proptest::collection::vec(0_usize..9, 1..20),
@@ -124,7 +126,8 @@ proptest! {
         }
     }
 
-    /// Fields that a receiver would believe, because their checksum is right: read or refused, and what is read can be written.
+    /// Fields that a receiver would believe, because their checksum is right: read or refused, and
+    /// what is read can be written.
     #[test]
     fn any_fields_are_read_or_refused_without_panic(
         tag in 0_u8..0x10,

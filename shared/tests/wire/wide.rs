@@ -1,4 +1,5 @@
-//! The kernels once more, in 128-bit integers that cannot overflow, written from docs/explanation/numerics.md.
+//! The kernels once more, in 128-bit integers that cannot overflow, written from
+//! docs/explanation/numerics.md.
 
 use jointwatch_shared::base::network::NetworkModel;
 use jointwatch_shared::base::polynomial::PolynomialModel;
@@ -34,7 +35,8 @@ fn block(words: &[i32; 16], first: &[i128; 4], second: &[i128; 4]) -> i128 {
     nested(&rows, first)
 }
 
-/// A memory that was told the third number as the input, where there is one axis, as the chain does.
+/// A memory that was told the third number as the input, where there is one axis, as the chain
+/// does.
 pub(crate) fn told(model: &Model, u: &[i32; 4]) -> Memory {
     let mut memory = Memory::default();
     if model.axes() == 1 {
@@ -45,8 +47,9 @@ pub(crate) fn told(model: &Model, u: &[i32; 4]) -> Memory {
 
 /// The outputs, without any limit on their size but that of a sum with effects, which saturates.
 ///
-/// `shifts` is by how many places the base's force is moved for the effects. Effects themselves are not written a second
-/// time: every operation of their numbers saturates, which a test beside `Q` holds against 128 bits.
+/// `shifts` is by how many places the base's force is moved for the effects. Effects themselves are
+/// not written a second time: every operation of their numbers saturates, which a test beside `Q`
+/// holds against 128 bits.
 pub(crate) fn evaluate(model: &Model, shifts: [u8; 2], u: &[i32; 4]) -> [i128; 2] {
     let base = match model.base() {
         Base::Polynomial(polynomial) => of_polynomial(polynomial, u),
@@ -65,7 +68,8 @@ pub(crate) fn evaluate(model: &Model, shifts: [u8; 2], u: &[i32; 4]) -> [i128; 2
     })
 }
 
-/// Both layers as the high word of bias + Σ word·factor; an argument beyond 32 bits is an overflow and ends the test.
+/// Both layers as the high word of bias + Σ word·factor; an argument beyond 32 bits is an overflow
+/// and ends the test.
 fn of_network(model: &NetworkModel, u: &[i32; 4]) -> [i128; 2] {
     let sum = |bias: i64, words: &[i32], factors: &[i32]| -> i128 {
         let products = words.iter().zip(factors);

@@ -1,6 +1,7 @@
-//! One of the readers of foreign bytes under libFuzzer: the environment variable `TARGET` names which
-//! (`jointwatch_tests::foreign::TARGETS`). With `WRITE_SEEDS` it writes the seeds of all of them into folders of that folder instead, and
-//! prints a line per reader: its name, where it runs, and the longest input worth a try.
+//! One of the readers of foreign bytes under libFuzzer: the environment variable `TARGET` names
+//! which (`jointwatch_tests::foreign::TARGETS`). With `WRITE_SEEDS` it writes the seeds of all of
+//! them into folders of that folder instead, and prints a line per reader: its name, where it runs,
+//! and the longest input worth a try.
 #![no_main]
 
 use jointwatch_tests::foreign::{TARGETS, Target, target};

@@ -5,7 +5,8 @@
 use clap::Parser;
 use jointwatch_tests::coverage::{Coverage, report};
 
-/// Learns physical models of simulated rigs and prints how often their 95 % intervals cover the truth.
+/// Learns physical models of simulated rigs and prints how often their 95 % intervals cover the
+/// truth.
 #[derive(Parser)]
 #[command(max_term_width = 110)]
 struct Asked {

@@ -1,4 +1,5 @@
-//! Puts faults into a copy of the device's crates, one after the other, and reports those that no test notices.
+//! Puts faults into a copy of the device's crates, one after the other, and reports those that no
+//! test notices.
 //!
 //! `cargo run --release -p jointwatch-tests --bin faults -- [--quick] [--only WORDS]`
 
@@ -7,7 +8,8 @@ use jointwatch_tests::faults::{Copy, Outcome, list};
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Puts the faults of tests/faults.toml into a copy of the device's crates and runs their fast tests.
+/// Puts the faults of tests/faults.toml into a copy of the device's crates and runs their fast
+/// tests.
 #[derive(Parser)]
 #[command(max_term_width = 110)]
 struct Asked {

@@ -1,6 +1,7 @@
 //! How often `diagnose` names what was hidden in a joint, over many simulated studies.
 //!
-//! `cargo run --release -p jointwatch-tests --bin hidden_effects -- --cases N --seed S [--tolerances] [--two]`; `--help` tells the rest.
+//! `cargo run --release -p jointwatch-tests --bin hidden_effects -- --cases N --seed S
+//! [--tolerances] [--two]`; `--help` tells the rest.
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -14,7 +15,8 @@ use rayon::prelude::*;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Hides an effect in simulated joints, diagnoses them from their files alone, and prints how often it was named.
+/// Hides an effect in simulated joints, diagnoses them from their files alone, and prints how often
+/// it was named.
 #[derive(Parser)]
 #[command(max_term_width = 110)]
 struct Asked {
@@ -24,13 +26,15 @@ struct Asked {
     /// What they are drawn from: the same seed draws the same studies.
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Instruments as they are: gains, zeros and inertias a little wrong, rounded contacts, 1/f noise.
+    /// Instruments as they are: gains, zeros and inertias a little wrong, rounded contacts, 1/f
+    /// noise.
     #[arg(long)]
     tolerances: bool,
     /// Hide two effects in each joint.
     #[arg(long)]
     two: bool,
-    /// Joints in a testing machine: imposed motion, displacement and force alone, other rates, sizes and drives.
+    /// Joints in a testing machine: imposed motion, displacement and force alone, other rates,
+    /// sizes and drives.
     #[arg(long, conflicts_with_all = ["tolerances", "two"])]
     machine: bool,
     /// Hide this one in every joint.
@@ -125,7 +129,8 @@ fn main() -> Result<(), String> {
         .build_global()
         .map_err(|e| format!("threads cannot be started: {e}"))?;
     let scratch = tempfile::tempdir().map_err(|e| format!("no temporary folder: {e}"))?;
-    // A case that cannot be made is no verdict: it is said, left out of the table, and the others go on.
+    // A case that cannot be made is no verdict: it is said, left out of the table, and the others
+    // go on.
     let judged: Vec<(usize, Judgement)> = asked
         .numbers()
         .into_par_iter()

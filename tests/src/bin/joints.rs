@@ -1,7 +1,7 @@
 //! Public measurements of real joints, diagnosed and completed.
 //!
-//! `cargo run --release -p jointwatch-tests --bin joints` prints the table and writes it into docs/notebook/joints.md. Sets that are not
-//! there are skipped, and then the page stays as it is.
+//! `cargo run --release -p jointwatch-tests --bin joints` prints the table and writes it into
+//! docs/notebook/joints.md. Sets that are not there are skipped, and then the page stays as it is.
 
 use jointwatch_tests::program::workspace;
 use jointwatch_tests::public::joints::{COUNT, MARKS, outcomes, table};

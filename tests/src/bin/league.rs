@@ -1,7 +1,7 @@
 //! The public league: official splits of nonlinearbenchmark.org beside published results.
 //!
-//! `cargo run --release -p jointwatch-tests --bin league` prints the table and writes it into docs/notebook/league.md. Sets that are
-//! not there are skipped, and then the page stays as it is.
+//! `cargo run --release -p jointwatch-tests --bin league` prints the table and writes it into
+//! docs/notebook/league.md. Sets that are not there are skipped, and then the page stays as it is.
 
 use jointwatch_tests::program::workspace;
 use jointwatch_tests::public::league::{MARKS, emps, hysteretic, silverbox, table, with_table};

@@ -1,9 +1,12 @@
 //! How often the monitor would raise a false alarm, and how soon it sees a joint that changed.
 //!
-//! `cargo run --release -p jointwatch-tests --bin monitor_campaign -- --hours 20 --seed 100 [--rigs 5]`: healthy joints watched for
-//! hours, and the bound on false alarms that the increments of the monitor's sums allow. With `--detect` instead of `--hours H`: every change by 10 % of the RMS force
-//! on every rig, under every drive. With `--drifts`: what slow drifts of the joint and its instruments make of the monitor. With `--curves`: how soon a gross change is found over its size, −100 to +100 % of the force, of the stiffness or the damping alone, and a
-//! seizure, before and after power-on, on either axis and on both, at the same motion and at the one that follows.
+//! `cargo run --release -p jointwatch-tests --bin monitor_campaign -- --hours 20 --seed 100 [--rigs
+//! 5]`: healthy joints watched for hours, and the bound on false alarms that the increments of the
+//! monitor's sums allow. With `--detect` instead of `--hours H`: every change by 10 % of the RMS
+//! force on every rig, under every drive. With `--drifts`: what slow drifts of the joint and its
+//! instruments make of the monitor. With `--curves`: how soon a gross change is found over its
+//! size, −100 to +100 % of the force, of the stiffness or the damping alone, and a seizure, before
+//! and after power-on, on either axis and on both, at the same motion and at the one that follows.
 
 use clap::Parser;
 use jointwatch::simulate::RigParameters;
@@ -17,7 +20,8 @@ use jointwatch_tests::monitor::watched::{Learnt, Subject};
 /// Models, and within how many seconds a change is to be seen with them.
 const MODELS: [(Learnt, f64); 2] = [(Learnt::Physical, 2.0), (Learnt::Polynomial, 10.0)];
 
-/// Watches simulated healthy joints and prints how rare a false alarm is, or changes joints and prints how soon it is seen.
+/// Watches simulated healthy joints and prints how rare a false alarm is, or changes joints and
+/// prints how soon it is seen.
 #[derive(Parser)]
 #[command(max_term_width = 110)]
 struct Asked {
@@ -30,8 +34,8 @@ struct Asked {
     /// How soon a gross change is found over its size, instead.
     #[arg(long, conflicts_with_all = ["hours", "detect"])]
     curves: bool,
-    /// What slow drifts of stiffness, gain, zero and temperature make of limits that allow for none and for 2 %, and `--hours` of drifts
-    /// by up to 2 %, instead.
+    /// What slow drifts of stiffness, gain, zero and temperature make of limits that allow for
+    /// none and for 2 %, and `--hours` of drifts by up to 2 %, instead.
     #[arg(long, conflicts_with_all = ["detect", "curves"])]
     drifts: bool,
     /// What the first rig is drawn from; the others from the numbers after it.
@@ -72,7 +76,8 @@ const DRIFTS: [f64; 4] = [0.01, 0.02, 0.03, 0.05];
 /// What limits allow for.
 const ALLOWED: [f64; 2] = [0.0, 0.02];
 
-/// A line per drift: what limits for no drift and for one of 2 % say of it; then hours of small drifts.
+/// A line per drift: what limits for no drift and for one of 2 % say of it; then hours of small
+/// drifts.
 fn drifts(learnt: Learnt, seed: u64, rigs: usize, hours: f64) -> Result<(), String> {
     let fleet = Fleet::new(learnt, seed, rigs, &ALLOWED, WANTED_HOURS)?;
     let seeds: Vec<u64> = fleet.rigs.iter().map(|(seed, _)| *seed).collect();
@@ -108,7 +113,8 @@ fn drifts(learnt: Learnt, seed: u64, rigs: usize, hours: f64) -> Result<(), Stri
     Ok(())
 }
 
-/// Prints every change that was not seen in time, and how long the others took; of every seed the default rig and one drawn anew.
+/// Prints every change that was not seen in time, and how long the others took; of every seed the
+/// default rig and one drawn anew.
 fn detection(learnt: Learnt, seed: u64, rigs: usize, within_s: f64) {
     let (mut times, mut missed, mut slow, mut all) = (Vec::new(), 0, 0, 0);
     for seed in (seed..).take(rigs) {
@@ -155,7 +161,8 @@ fn soon(mut times: Vec<f64>) -> String {
     )
 }
 
-/// A line per change: how many were found in time, how soon, how long an axis that changed was called healthy, and what was said wrongly.
+/// A line per change: how many were found in time, how soon, how long an axis that changed was
+/// called healthy, and what was said wrongly.
 fn sizes(learnt: Learnt, seed: u64, rigs: usize) {
     let within_s = documented_s(learnt);
     let (mut losses, mut in_time_of_them) = (0, 0);

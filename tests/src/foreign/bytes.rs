@@ -1,4 +1,5 @@
-//! Checksums and frames around bytes of any kind, so that what is behind a checksum is reached as well.
+//! Checksums and frames around bytes of any kind, so that what is behind a checksum is reached as
+//! well.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
@@ -13,8 +14,8 @@ pub(super) fn repaired(bytes: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// What a line carries: pieces, each with its length before it, as payloads of sound frames; a length of 0 ends that, and the rest
-/// is on the line as it is.
+/// What a line carries: pieces, each with its length before it, as payloads of sound frames; a
+/// length of 0 ends that, and the rest is on the line as it is.
 pub(super) fn line(mut pieces: &[u8]) -> Vec<u8> {
     let mut line = vec![0];
     while let Some((&length, rest)) = pieces.split_first() {

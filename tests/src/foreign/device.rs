@@ -1,4 +1,5 @@
-//! What the device holds and what goes over its line: blob, rig block, limits, seal, frames, requests.
+//! What the device holds and what goes over its line: blob, rig block, limits, seal, frames,
+//! requests.
 
 use super::bench::{Bench, Slot, content, reference_rig, signed};
 use super::bytes::{line, pieces, repaired};
@@ -70,7 +71,8 @@ pub(super) fn rig_blocks() -> Vec<Vec<u8>> {
     rigs.map(encoded).to_vec()
 }
 
-/// Reads a rig block, as it is and with its checksum repaired, and runs the chain and the monitor that it describes.
+/// Reads a rig block, as it is and with its checksum repaired, and runs the chain and the monitor
+/// that it describes.
 pub(super) fn rig_block(bytes: &[u8]) {
     for bytes in [bytes, &repaired(bytes)] {
         let _ = rig_block::model_checksum(bytes);
@@ -245,7 +247,8 @@ thread_local! {
     static DEVICE: RefCell<(usize, Option<Bench>)> = const { RefCell::new((0, None)) };
 }
 
-/// Sends these frames to a device with a model in one slot, which has to answer in sound frames only.
+/// Sends these frames to a device with a model in one slot, which has to answer in sound frames
+/// only.
 pub(super) fn requests(bytes: &[u8]) {
     DEVICE.with_borrow_mut(|(inputs, device)| {
         if inputs.is_multiple_of(RESTART_AFTER) {

@@ -1,6 +1,8 @@
-//! Everything that reads bytes that somebody else wrote, by one function each: for the test with damaged bytes and for the fuzzer.
+//! Everything that reads bytes that somebody else wrote, by one function each: for the test with
+//! damaged bytes and for the fuzzer.
 //!
-//! A target panics where its reader does, and where a refusal is not one sentence of the kind that stands for bad data.
+//! A target panics where its reader does, and where a refusal is not one sentence of the kind that
+//! stands for bad data.
 
 mod bytes;
 mod device;
@@ -40,14 +42,16 @@ pub enum Part {
 }
 
 impl Target {
-    /// The longest inputs worth a try, in bytes: twice what it reads as a rule, since short inputs are tried more often.
+    /// The longest inputs worth a try, in bytes: twice what it reads as a rule, since short inputs
+    /// are tried more often.
     pub fn longest(&self) -> usize {
         let longest = (self.seeds)().iter().map(Vec::len).max();
         (2 * longest.unwrap_or_default()).clamp(256, 65_536)
     }
 }
 
-/// All readers: logs in every format, the study, the model, what the device holds, and both directions of its line.
+/// All readers: logs in every format, the study, the model, what the device holds, and both
+/// directions of its line.
 pub const TARGETS: [Target; 21] = [
     log("log_csv", || {
         files::logs(&["record.csv", "german.csv", "savetxt.txt", "record.csv.gz"])

@@ -1,4 +1,5 @@
-//! Drawing a case: which rig, what is hidden in it and how strongly, and how good its sensors are; all from one seed.
+//! Drawing a case: which rig, what is hidden in it and how strongly, and how good its sensors are;
+//! all from one seed.
 
 use super::bodies::{BOUND, Plan, Shaking, draw_base, draw_chains, plans};
 use super::catalogue::{Kind, Planted, SUBJECTS, Subject};
@@ -32,7 +33,8 @@ pub struct Hidden {
     pub subject: &'static Subject,
     /// 0 for x, 1 for φ.
     pub axis: usize,
-    /// RMS of its force over that of the restoring force of its axis, over the training motion: as asked.
+    /// RMS of its force over that of the restoring force of its axis, over the training motion: as
+    /// asked.
     pub wanted: f64,
     /// The same as reached, and what the base terms cannot take over of it.
     pub shares: Shares,
@@ -69,7 +71,8 @@ pub struct Case {
     pub shaking: Shaking,
 }
 
-/// How often a rig may turn out implausible before the draw is given up; a few per cent of all draws are.
+/// How often a rig may turn out implausible before the draw is given up; a few per cent of all
+/// draws are.
 const MAX_DRAWS: usize = 60;
 
 /// The seed of one case: SplitMix64's step, so that neighbours have nothing in common.
@@ -177,8 +180,8 @@ fn scales(traces: &[Trace], axes: usize, base: &Base) -> Option<[Scale; 2]> {
         }
         scale.displacement = (x2 / rows as f64).sqrt();
         scale.velocity = (v2 / rows as f64).sqrt();
-        // A joint that hardly leaves its free play tells nobody where the stops are; one that is thrown about is not
-        // what anybody would log.
+        // A joint that hardly leaves its free play tells nobody where the stops are; one that is
+        // thrown about is not what anybody would log.
         let play = scale.reach / base.gap[axis];
         if !(1.6..8.0).contains(&play) || scale.reach > 0.6 * BOUND[axis] {
             return None;

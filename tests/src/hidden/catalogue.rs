@@ -1,4 +1,5 @@
-//! What can be hidden: every effect of the library, and effects outside of it, with forms drawn to suit a motion.
+//! What can be hidden: every effect of the library, and effects outside of it, with forms drawn to
+//! suit a motion.
 
 use super::form::Form;
 use super::rig::Base;
@@ -91,7 +92,8 @@ pub const SUBJECTS: [Subject; 31] = [
     subject("damping on one side of the middle", Kind::Outside),
 ];
 
-/// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed and the list above.
+/// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed
+/// and the list above.
 pub const BY_NAME: [Subject; 40] = [
     subject("exponential_spring", Kind::Joint),
     subject("gas_spring", Kind::Joint),
@@ -176,7 +178,8 @@ impl Subject {
         }
     }
 
-    /// Draws its form to suit a motion of the given size; `base` is the whole joint before anything was taken from it.
+    /// Draws its form to suit a motion of the given size; `base` is the whole joint before anything
+    /// was taken from it.
     pub fn plant(
         &self,
         axis: usize,

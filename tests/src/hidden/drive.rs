@@ -39,7 +39,8 @@ impl Drive {
         Self { rows }
     }
 
-    /// A drive of `rms` over `rows` rows; its envelope grows from 0.25 to its full size where `growing`.
+    /// A drive of `rms` over `rows` rows; its envelope grows from 0.25 to its full size where
+    /// `growing`.
     pub fn new(
         rows: usize,
         band_hz: [f64; 2],

@@ -57,7 +57,8 @@ pub enum Form {
         /// n.
         exponent: f64,
     },
-    /// Wen's hysteresis with n = 1 that never saturates: ż = v + α·v·|z| + β·|v|·z, α above |β|, β below 0; force z.
+    /// Wen's hysteresis with n = 1 that never saturates: ż = v + α·v·|z| + β·|v|·z, α above |β|, β
+    /// below 0; force z.
     HardeningWen {
         /// α, one over a length.
         both_ways: f64,
@@ -77,7 +78,8 @@ pub enum Form {
         /// ζ₂.
         width: f64,
     },
-    /// [`Form::Wen`] with β = γ whose ż falls as the largest |x| grows: to a half where that is `excursion`. The second memory is that |x|.
+    /// [`Form::Wen`] with β = γ whose ż falls as the largest |x| grows: to a half where that is
+    /// `excursion`. The second memory is that |x|.
     TiredWen {
         /// z_y.
         saturation: f64,
@@ -178,15 +180,16 @@ pub enum Form {
         /// Force backwards over that forwards.
         back: f64,
     },
-    /// A damper up to the velocity at which its valve opens, one in either direction, and a level beyond; the return is `back` times as
-    /// strong.
+    /// A damper up to the velocity at which its valve opens, one in either direction, and a level
+    /// beyond; the return is `back` times as strong.
     ReliefValve {
         /// Where it opens ahead and back, m/s or rad/s.
         opens: [f64; 2],
         /// The return's strength beside the way ahead.
         back: f64,
     },
-    /// Gas of the polytropic index `index` behind a piston on either side, `back` times as much on the lower one; shut off at x = 0.
+    /// Gas of the polytropic index `index` behind a piston on either side, `back` times as much on
+    /// the lower one; shut off at x = 0.
     Piston {
         /// From x = 0 to where no gas is left.
         length: f64,
@@ -195,7 +198,8 @@ pub enum Form {
         /// Lower over upper.
         back: f64,
     },
-    /// A spring whose stiffness is its force over `length`, on either side; `back` times as much on the lower one.
+    /// A spring whose stiffness is its force over `length`, on either side; `back` times as much on
+    /// the lower one.
     Foam {
         /// Over which the force grows by a factor of e.
         length: f64,
@@ -274,7 +278,8 @@ pub enum Form {
         /// Speed of quick motion.
         speed: f64,
     },
-    /// [`Form::Wen`] that grips more at some places: times 1 + along·u + across·u² with u = x/length.
+    /// [`Form::Wen`] that grips more at some places: times 1 + along·u + across·u² with u =
+    /// x/length.
     PlacedWen {
         /// z_y.
         saturation: f64,
@@ -300,7 +305,8 @@ pub enum Form {
         /// Strength backwards over forwards.
         back: f64,
     },
-    /// Flag-shaped: a spring to a slide that gives way beyond `gap`, and comes back where the spring has fallen to `opening`.
+    /// Flag-shaped: a spring to a slide that gives way beyond `gap`, and comes back where the
+    /// spring has fallen to `opening`.
     Flag {
         /// Deflection of the spring where it slides.
         gap: f64,
@@ -328,7 +334,8 @@ pub enum Form {
     },
     /// Outside the library: a force from outside that the log does not hold.
     Unlogged,
-    /// Outside the library: a spring that swings in time, as a shaft with unequal stiffness does when it turns.
+    /// Outside the library: a spring that swings in time, as a shaft with unequal stiffness does
+    /// when it turns.
     SwingingSpring {
         /// Frequency, Hz.
         frequency_hz: f64,
@@ -337,7 +344,8 @@ pub enum Form {
     },
     /// Outside the library: damping that grows with the square of the displacement.
     SqueezeFilm,
-    /// Outside the library: three waves along the displacement, each half as long and half as strong as the one before.
+    /// Outside the library: three waves along the displacement, each half as long and half as
+    /// strong as the one before.
     SmoothSpring {
         /// Displacement in which the longest wave turns by one radian.
         length: f64,

@@ -1,4 +1,5 @@
-//! Diagnosing a case as a user would, from its files alone, and holding the verdict against what was hidden.
+//! Diagnosing a case as a user would, from its files alone, and holding the verdict against what
+//! was hidden.
 
 use super::cases::Case;
 use super::catalogue::{Kind, Subject};
@@ -71,7 +72,8 @@ impl Truth {
         Self::new(&hidden, describe(case))
     }
 
-    /// Whether something that a verdict gives a probability is so. An equivalent effect has a probability of its own, and is not.
+    /// Whether something that a verdict gives a probability is so. An equivalent effect has a
+    /// probability of its own, and is not.
     fn holds(&self, said: &str) -> bool {
         match said {
             "none" => self.expected == Expected::Nothing,
@@ -96,7 +98,8 @@ pub struct Judgement {
     pub subject: String,
     /// The verdict that the case deserves.
     pub expected: Option<Expected>,
-    /// The whole verdict is right: nothing, unknown, or the right effect on the right axis first (with two: exactly both found).
+    /// The whole verdict is right: nothing, unknown, or the right effect on the right axis first
+    /// (with two: exactly both found).
     pub right: bool,
     /// As `right`, an equivalent effect counted as right.
     pub right_or_equivalent: bool,
@@ -104,8 +107,8 @@ pub struct Judgement {
     pub in_first_two: bool,
     /// As `in_first_two`, an equivalent effect counted as right.
     pub in_first_two_or_equivalent: bool,
-    /// As `right_or_equivalent`, or the first candidate is on the right axis and the verdict says that these records cannot tell it from the
-    /// right one.
+    /// As `right_or_equivalent`, or the first candidate is on the right axis and the verdict says
+    /// that these records cannot tell it from the right one.
     pub in_told_group: bool,
     /// Every probability that was stated, and whether what it was stated of is so.
     pub stated: Vec<(f64, bool)>,
@@ -123,7 +126,8 @@ pub struct Judgement {
     pub identify_s: f64,
     /// The second of them.
     pub diagnose_s: f64,
-    /// What was said, for the list of failures: the first candidates, or the message with which a command failed.
+    /// What was said, for the list of failures: the first candidates, or the message with which a
+    /// command failed.
     pub said: String,
     /// What the case was.
     pub case: String,
@@ -228,8 +232,8 @@ fn unjudged(truth: &Truth) -> Judgement {
     }
 }
 
-/// Writes the case's study below `folder`, runs `identify` and `diagnose` on it on one thread, and judges what they say.
-/// A command that fails is a wrong verdict, and its message is kept.
+/// Writes the case's study below `folder`, runs `identify` and `diagnose` on it on one thread, and
+/// judges what they say. A command that fails is a wrong verdict, and its message is kept.
 ///
 /// # Errors
 /// When the study cannot be written.
@@ -242,7 +246,8 @@ pub fn diagnose(case: &Case, folder: &Path, keep_truth: bool) -> std::io::Result
     Ok(diagnose_folder(&Truth::of(case), folder))
 }
 
-/// Runs `identify` and `diagnose` on the study in a folder, on one thread, and judges what they say.
+/// Runs `identify` and `diagnose` on the study in a folder, on one thread, and judges what they
+/// say.
 pub fn diagnose_folder(truth: &Truth, folder: &Path) -> Judgement {
     let mut seconds = [0.0; 2];
     let commands = [

@@ -1,5 +1,6 @@
-//! Joints in a testing machine: the motion is imposed, displacement and force alone are logged, and rates, sizes, drives and lengths differ from
-//! study to study as those of published measurements do.
+//! Joints in a testing machine: the motion is imposed, displacement and force alone are logged, and
+//! rates, sizes, drives and lengths differ from study to study as those of published measurements
+//! do.
 
 use super::cases::case_seed;
 use super::catalogue::{Kind, Planted, Subject};

@@ -1,4 +1,5 @@
-//! Studies of joints with a hidden effect, simulated apart from the program, and a judge of what the program says of them.
+//! Studies of joints with a hidden effect, simulated apart from the program, and a judge of what
+//! the program says of them.
 
 pub mod bodies;
 pub mod cases;

@@ -1,7 +1,8 @@
-//! The campaign's own rig: four bodies in a row, the joint between the second and the third, and what is hidden in it.
+//! The campaign's own rig: four bodies in a row, the joint between the second and the third, and
+//! what is hidden in it.
 //!
-//! Written apart from the program's simulator. Bodies and memories of the hidden laws are one state vector under one
-//! Runge–Kutta scheme of fixed steps, short enough for the stiffest law at work.
+//! Written apart from the program's simulator. Bodies and memories of the hidden laws are one state
+//! vector under one Runge–Kutta scheme of fixed steps, short enough for the stiffest law at work.
 
 use super::drive::{Drive, RATE_HZ};
 use super::form::Form;
@@ -242,8 +243,8 @@ impl Rig {
         all
     }
 
-    /// Shakes the rig from rest; nothing when a law is too stiff to be followed or the motion leaves `bound` (the
-    /// largest |x| and |φ| that count as plausible).
+    /// Shakes the rig from rest; nothing when a law is too stiff to be followed or the motion
+    /// leaves `bound` (the largest |x| and |φ| that count as plausible).
     pub fn shake(&self, run: &Run, top_speed: [f64; 2], bound: [f64; 2]) -> Option<Trace> {
         let steps = self.steps_per_row(top_speed)?;
         let h = 1.0 / (RATE_HZ * steps as f64);
@@ -283,7 +284,8 @@ impl Rig {
         Some(trace)
     }
 
-    /// One classical Runge–Kutta step; what acts from outside is given at its beginning, middle and end.
+    /// One classical Runge–Kutta step; what acts from outside is given at its beginning, middle and
+    /// end.
     fn step(&self, y: &State, h: f64, outside: [([f64; 2], [Surroundings; MAX_LAWS]); 3]) -> State {
         let [begin, middle, end] = &outside;
         let moved = |k: &State, by: f64| -> State { std::array::from_fn(|i| y[i] + by * k[i]) };
@@ -294,8 +296,8 @@ impl Rig {
         std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
     }
 
-    /// Where the rig rests before a record: a constant force in the joint shifts it, and the bodies before the joint
-    /// with it, until the joint's springs carry it.
+    /// Where the rig rests before a record: a constant force in the joint shifts it, and the bodies
+    /// before the joint with it, until the joint's springs carry it.
     fn rest(&self) -> Option<State> {
         let mut y = [0.0; SIZE];
         for axis in 0..2 {

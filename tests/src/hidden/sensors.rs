@@ -1,4 +1,5 @@
-//! What the instruments make of a motion: counts, noise, tolerances, and the instrument effects that can be hidden.
+//! What the instruments make of a motion: counts, noise, tolerances, and the instrument effects
+//! that can be hidden.
 
 use super::drive::RATE_HZ;
 use super::rig::Trace;
@@ -17,7 +18,8 @@ pub enum InstrumentFault {
     Late,
     /// The force channel takes up `strength` times the other axis's force.
     Crosstalk,
-    /// The zero of the force channel rises by `strength` from the beginning of every record to its end.
+    /// The zero of the force channel rises by `strength` from the beginning of every record to its
+    /// end.
     Drift,
     /// The force channel hums with an amplitude of `strength`.
     Hum {
@@ -42,7 +44,8 @@ pub struct Faulty {
 /// Errors of the instruments within their data sheets: no effect is missing because of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tolerances {
-    /// Relative gain error of body 2's encoder, body 3's, both accelerometers, and the force, per axis.
+    /// Relative gain error of body 2's encoder, body 3's, both accelerometers, and the force, per
+    /// axis.
     pub gain: [[f64; 5]; 2],
     /// Zero error of the accelerometers and the force, as a share of the channel's RMS, per axis.
     pub zero: [[f64; 3]; 2],
@@ -74,7 +77,8 @@ pub fn rms<'a>(series: impl IntoIterator<Item = &'a Vec<f64>>) -> f64 {
     (sum / rows.max(1) as f64).sqrt()
 }
 
-/// A series `delay_s` later, by Lagrange's form through eight rows; the first rows repeat the first.
+/// A series `delay_s` later, by Lagrange's form through eight rows; the first rows repeat the
+/// first.
 fn later(series: &[f64], delay_s: f64) -> Vec<f64> {
     let delay = delay_s * RATE_HZ;
     let whole = delay.floor();
@@ -99,7 +103,8 @@ fn later(series: &[f64], delay_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// What a fault adds to the restoring force m·a − F that its axis shows, row by row, for the true inertia given.
+/// What a fault adds to the restoring force m·a − F that its axis shows, row by row, for the true
+/// inertia given.
 pub fn error(faulty: &Faulty, trace: &Trace, inertia: f64) -> Vec<f64> {
     let (a, s) = (faulty.axis, faulty.strength);
     let force = &trace.force[a];
@@ -157,8 +162,8 @@ pub fn noise_of(training: &[Trace], snr_db: Option<f64>) -> [Noise; 2] {
     })
 }
 
-/// Noise whose power falls with one over the frequency from 0.1 Hz on, of unit RMS: eight relaxations, each twice as fast
-/// as the one before.
+/// Noise whose power falls with one over the frequency from 0.1 Hz on, of unit RMS: eight
+/// relaxations, each twice as fast as the one before.
 fn pink(rows: usize, rng: &mut impl Rng) -> Vec<f64> {
     let normal = Normal::new(0.0, 1.0).expect("a positive spread");
     let mut sum = vec![0.0; rows];
@@ -174,8 +179,8 @@ fn pink(rows: usize, rng: &mut impl Rng) -> Vec<f64> {
     sum
 }
 
-/// Logs one axis of a record. Beside the noise stand the RMS of accelerations and force over the training records, of
-/// which tolerances are shares.
+/// Logs one axis of a record. Beside the noise stand the RMS of accelerations and force over the
+/// training records, of which tolerances are shares.
 pub fn log(
     trace: &Trace,
     axis: usize,

@@ -1,11 +1,13 @@
-//! How strong a hidden effect must be to make a wanted share of the restoring force, and how much of it can show.
+//! How strong a hidden effect must be to make a wanted share of the restoring force, and how much
+//! of it can show.
 
 use super::laws::dead_zone;
 use super::rig::{Rig, Trace};
 use super::sensors::{Faulty, error, rms};
 use nalgebra::{DMatrix, DVector};
 
-/// Sizes of a hidden effect over the training motion, as shares of the RMS restoring force of its axis.
+/// Sizes of a hidden effect over the training motion, as shares of the RMS restoring force of its
+/// axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shares {
     /// RMS of its own force.
@@ -19,8 +21,8 @@ const NEAR: f64 = 0.02;
 /// Rounds of simulation; friction that nearly locks the joint needs the most.
 const MAX_ROUNDS: usize = 9;
 
-/// Scales laws and faults until their shares are as wanted, simulating anew each time, and gives the motion with them.
-/// Nothing when the rig does not bear it.
+/// Scales laws and faults until their shares are as wanted, simulating anew each time, and gives
+/// the motion with them. Nothing when the rig does not bear it.
 pub fn find_strengths(
     rig: &mut Rig,
     faults: &mut [Faulty],
@@ -96,7 +98,8 @@ fn law_share(rig: &Rig, law: usize, traces: &[Trace]) -> f64 {
     rms(traces.iter().map(|t| &t.hidden[law][axis])) / force_size(rig, axis, traces)
 }
 
-/// The whole share, and what is left of the force after least squares against the base's linear columns.
+/// The whole share, and what is left of the force after least squares against the base's linear
+/// columns.
 fn shares(rig: &Rig, axis: usize, force: &[Vec<f64>], traces: &[Trace]) -> Shares {
     const EVERY: usize = 4;
     let base = &rig.base;

@@ -1,4 +1,5 @@
-//! Writing a case as a user would have it: study.toml and a CSV per record; the truth only on request.
+//! Writing a case as a user would have it: study.toml and a CSV per record; the truth only on
+//! request.
 
 use super::cases::Case;
 use super::drive::RATE_HZ;

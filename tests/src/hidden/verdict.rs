@@ -32,7 +32,8 @@ impl Named {
         }
     }
 
-    /// Whether a verdict's entry names this truth: same effect, same axis. What acts on both axes may be bound to either.
+    /// Whether a verdict's entry names this truth: same effect, same axis. What acts on both axes
+    /// may be bound to either.
     pub(super) fn is(&self, said: &Self) -> bool {
         self.effect == said.effect && self.on_axis_of(said)
     }
@@ -48,8 +49,8 @@ impl Named {
     }
 }
 
-/// What may be named for a hidden effect without being wrong: what its file says looks like it, and every law that is it with special
-/// strengths.
+/// What may be named for a hidden effect without being wrong: what its file says looks like it, and
+/// every law that is it with special strengths.
 fn equivalents(hidden: &str) -> Vec<&'static str> {
     let alike = Entry::named(hidden).map_or(&[][..], |entry| entry.looks_like);
     let wider = EFFECTS.iter().filter(|e| e.replaces.contains(&hidden));
@@ -78,7 +79,8 @@ pub struct Verdict {
     pub probabilities: Vec<(String, f64)>,
     /// How likely it is, as stated, that the first candidate or one of those acts.
     pub of_group: Option<f64>,
-    /// Axis, relative validation error before and after adding, and noise floor, where the verdict has them.
+    /// Axis, relative validation error before and after adding, and noise floor, where the verdict
+    /// has them.
     pub errors: Vec<(String, [Option<f64>; 3])>,
 }
 

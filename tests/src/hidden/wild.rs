@@ -1,5 +1,5 @@
-//! Laws drawn at random: kinds that no library of named effects holds, which a diagnosis should call unknown, and Iwan's and Wiechert's with any
-//! elements.
+//! Laws drawn at random: kinds that no library of named effects holds, which a diagnosis should
+//! call unknown, and Iwan's and Wiechert's with any elements.
 
 use super::sizes::{MEMORIES, Memory, Scale};
 use rand::{Rng, RngExt};
@@ -20,22 +20,24 @@ pub enum Wild {
         /// Phases, rad.
         phases: [f64; 3],
     },
-    /// Iwan, or Prandtl and Ishlinskii: springs in series with sliders beside each other, of any sizes.
+    /// Iwan, or Prandtl and Ishlinskii: springs in series with sliders beside each other, of any
+    /// sizes.
     Sliders {
         /// Extension at which each slips.
         slips: Memory,
         /// Force of each.
         forces: Memory,
     },
-    /// Wiechert: springs in series with dampers beside each other, with times over two decades or three.
+    /// Wiechert: springs in series with dampers beside each other, with times over two decades or
+    /// three.
     Relaxing {
         /// Damper over spring of each, s.
         times_s: Memory,
         /// Stiffness of each.
         springs: Memory,
     },
-    /// Preisach: catches beside each other, each of which pushes back until it snaps through, at one displacement on the way up and at another
-    /// on the way down: so each takes energy.
+    /// Preisach: catches beside each other, each of which pushes back until it snaps through, at
+    /// one displacement on the way up and at another on the way down: so each takes energy.
     Relays {
         /// The displacements on the way up.
         up: Memory,
@@ -208,7 +210,8 @@ mod tests {
 
     #[test]
     fn loops_take_the_energy_of_their_parts() {
-        // Sliders: 4·F·(X − s) each. Dampers behind springs: π·k·τ/(1 + τ²) each. Relays: twice the force times the way between turns.
+        // Sliders: 4·F·(X − s) each. Dampers behind springs: π·k·τ/(1 + τ²) each. Relays: twice the
+        // force times the way between turns.
         let sliders = Wild::Sliders {
             slips: [0.1, 0.2, 0.3, 0.4, 0.5, 2.0],
             forces: [1.0, 1.0, 2.0, 1.0, 1.0, 1.0],

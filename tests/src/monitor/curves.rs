@@ -1,5 +1,6 @@
-//! How soon a gross change of a joint is found, over its size: a force that is less or more in steps, a joint that seizes, before the power
-//! comes on and after it, on one axis and on both, at the same motion and at the one that follows.
+//! How soon a gross change of a joint is found, over its size: a force that is less or more in
+//! steps, a joint that seizes, before the power comes on and after it, on one axis and on both, at
+//! the same motion and at the one that follows.
 
 use super::detection::story;
 use super::watched::{Learnt, STUDY_LEVEL, Shaking, Subject, Worn};
@@ -18,8 +19,8 @@ const LOCK: f64 = 20.0;
 /// The axes that change.
 const AXES: [&[usize]; 3] = [&[0], &[1], &[0, 1]];
 
-/// Within how many seconds of the change, or of power-on, a joint that loses 30 % or more of its force or seizes raises an alarm, as
-/// `docs/explanation/monitor.md` says.
+/// Within how many seconds of the change, or of power-on, a joint that loses 30 % or more of its
+/// force or seizes raises an alarm, as `docs/explanation/monitor.md` says.
 pub const fn documented_s(learnt: Learnt) -> f64 {
     match learnt {
         Learnt::Physical => 3.0,
@@ -93,7 +94,8 @@ impl Subject {
         worn
     }
 
-    /// The RMS of what a change makes of the force of an axis at the same motion, as a part of the RMS force.
+    /// The RMS of what a change makes of the force of an axis at the same motion, as a part of the
+    /// RMS force.
     fn size(&self, change: Change, axis: usize) -> f64 {
         let [force, x, v] = self.rms[axis];
         let share = match change {
@@ -104,7 +106,8 @@ impl Subject {
         share * change.part().abs()
     }
 
-    /// The validation record with the restoring force of these axes changed by `part` at the very same motion, from a row on.
+    /// The validation record with the restoring force of these axes changed by `part` at the very
+    /// same motion, from a row on.
     ///
     /// # Panics
     /// When the simulation has no validation record.
@@ -167,7 +170,8 @@ impl Found {
         first.map(|(axis, (time, verdict))| (axis, time, verdict))
     }
 
-    /// What is wrong with what was said, if anything: an alarm before the change, the wrong axis blamed first, or the wrong direction.
+    /// What is wrong with what was said, if anything: an alarm before the change, the wrong axis
+    /// blamed first, or the wrong direction.
     pub fn wrong(&self) -> Option<String> {
         let (axis, time, verdict) = self.first_alarm()?;
         let what = if time < 0.0 {
@@ -182,7 +186,8 @@ impl Found {
         Some(format!("{what}: {}", self.told()))
     }
 
-    /// The time during which an axis that changed was called healthy, s from a time on, in a record that ends at `end_s`.
+    /// The time during which an axis that changed was called healthy, s from a time on, in a record
+    /// that ends at `end_s`.
     pub fn healthy_after(&self, from_s: f64, end_s: f64) -> f64 {
         let of_axis = |axis: usize| -> f64 {
             let seen = &self.seen[axis];
@@ -216,9 +221,10 @@ impl Found {
     }
 }
 
-/// Every one of these changes on either axis and on both, before and after power-on, watched for so long after it. Left out where the
-/// simulated bodies, with nothing that holds them, fly apart beyond all numbers: no sensor would follow them; and where an axis's force
-/// changes by less than a tenth of its RMS.
+/// Every one of these changes on either axis and on both, before and after power-on, watched for so
+/// long after it. Left out where the simulated bodies, with nothing that holds them, fly apart
+/// beyond all numbers: no sensor would follow them; and where an axis's force changes by less than
+/// a tenth of its RMS.
 pub fn curves(subject: &Subject, changes: &[Change], watched_s: f64, seed: u64) -> Vec<Found> {
     let all = changes.iter().flat_map(|&change| {
         AXES.iter()

@@ -1,4 +1,5 @@
-//! A joint that changes by a part of its force, driven in several ways, and how soon the monitor says so.
+//! A joint that changes by a part of its force, driven in several ways, and how soon the monitor
+//! says so.
 
 use super::watched::{STUDY_LEVEL, Shaking, Subject};
 use jointwatch_shared::monitor::{MonitorState, State, Verdict};
@@ -29,7 +30,8 @@ impl Watched {
         seen.find(|(_, v)| v.state == State::Alarm)
     }
 
-    /// Whether that alarm came after the change, in time, and is about damage of the axis that changed.
+    /// Whether that alarm came after the change, in time, and is about damage of the axis that
+    /// changed.
     pub fn is_found_within(&self, within_s: f64) -> bool {
         self.alarm().is_some_and(|(time, verdict)| {
             (0.0..=within_s).contains(&time)
@@ -60,8 +62,8 @@ pub fn story(seen: &[(f64, Verdict)]) -> String {
     seen.iter().map(told).collect::<Vec<_>>().join("; ")
 }
 
-/// The drives of a joint that changes: as in the study, harder, both rising, and the other axis undriven. One axis has to move to
-/// be judged.
+/// The drives of a joint that changes: as in the study, harder, both rising, and the other axis
+/// undriven. One axis has to move to be judged.
 fn drives(seconds: f64, axis: usize, seed: u64) -> [(&'static str, Shaking); 4] {
     let mut alone = Shaking::steady(seconds, 0.95, seed + 3);
     alone.levels[1 - axis] = [0.0; 2];
@@ -78,7 +80,8 @@ fn drives(seconds: f64, axis: usize, seed: u64) -> [(&'static str, Shaking); 4] 
     ]
 }
 
-/// Every change of a joint by `part` of the RMS force under every drive, watched for `within_s` after the change.
+/// Every change of a joint by `part` of the RMS force under every drive, watched for `within_s`
+/// after the change.
 pub fn detect(subject: &Subject, part: f64, within_s: f64, seed: u64) -> Vec<Watched> {
     let changes = subject.changes(part);
     let runs: Vec<_> = changes

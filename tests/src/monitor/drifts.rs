@@ -1,5 +1,5 @@
-//! What slowly drifts on a joint or its instruments, and what the monitor says of it: false alarms where the drift is allowed for, and
-//! the time to an alarm where it is not.
+//! What slowly drifts on a joint or its instruments, and what the monitor says of it: false alarms
+//! where the drift is allowed for, and the time to an alarm where it is not.
 
 use super::watched::{Learnt, RATE_HZ, Subject, Worn};
 use jointwatch::simulate::{Excitation, RigParameters};
@@ -7,7 +7,8 @@ use jointwatch::study::Record;
 use jointwatch_shared::monitor::{MonitorState, Onset, State};
 use rayon::prelude::*;
 
-/// The length of a record, s; when the drift begins, and when it has its whole size, which it keeps.
+/// The length of a record, s; when the drift begins, and when it has its whole size, which it
+/// keeps.
 const SECONDS: f64 = 180.0;
 const BEGINS_S: f64 = 30.0;
 const ENDS_S: f64 = 120.0;
@@ -64,7 +65,8 @@ impl Motion {
     }
 }
 
-/// A sine of the drive's RMS that goes through [`SWEEP_HZ`] every [`SWEEP_S`], logarithmically up and down.
+/// A sine of the drive's RMS that goes through [`SWEEP_HZ`] every [`SWEEP_S`], logarithmically up
+/// and down.
 fn swept(like: &Excitation) -> Excitation {
     let rows = (SECONDS * RATE_HZ) as usize;
     let at = |row: usize| row as f64 / RATE_HZ;
@@ -124,7 +126,8 @@ pub fn drifting(
     record
 }
 
-/// What was said of the joint in one run: when it first became suspect and when there was an alarm, s since the drift began.
+/// What was said of the joint in one run: when it first became suspect and when there was an alarm,
+/// s since the drift began.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Said {
     /// The first *suspect* or alarm.
@@ -193,7 +196,8 @@ impl Fleet {
         ))
     }
 
-    /// What is said of a drift by this size and by its negative on every rig in every motion, for each allowed drift.
+    /// What is said of a drift by this size and by its negative on every rig in every motion, for
+    /// each allowed drift.
     pub fn curve(&self, quantity: Quantity, size: f64) -> Vec<Vec<Said>> {
         let signs = if size == 0.0 {
             &[1.0][..]
@@ -233,8 +237,8 @@ impl Fleet {
         (0..allowed).map(of).collect()
     }
 
-    /// Watches every rig for about so many hours in all, each record with another quantity that drifts by up to `size` either way: the
-    /// hours, and what was said for each allowed drift.
+    /// Watches every rig for about so many hours in all, each record with another quantity that
+    /// drifts by up to `size` either way: the hours, and what was said for each allowed drift.
     pub fn hours(&self, hours: f64, size: f64) -> (f64, Vec<Vec<Said>>) {
         let records = (hours * 3600.0 / SECONDS).ceil() as u64;
         let said = self.said((0..records).into_par_iter().map(|number| {
@@ -251,7 +255,8 @@ impl Fleet {
     }
 }
 
-/// The runs that were suspect and that raised an alarm, and the time in which half of the alarms came; for a person to read.
+/// The runs that were suspect and that raised an alarm, and the time in which half of the alarms
+/// came; for a person to read.
 pub fn line(said: &[Said]) -> String {
     let count = |of: fn(&Said) -> Option<f64>| said.iter().filter_map(of).count();
     let early = said.iter().filter(|s| s.early).count();

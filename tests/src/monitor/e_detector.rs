@@ -1,9 +1,13 @@
-//! How rarely a cumulative sum may reach its threshold on a healthy joint, without an assumption about tails.
+//! How rarely a cumulative sum may reach its threshold on a healthy joint, without an assumption
+//! about tails.
 //!
-//! S ← max(0, S + z), alarm at S ≥ h. Class of data: E[exp(θ·z) | past] ≤ 1 at one θ > 0. Then M ← (1 + M)·exp(θ·z), the e-detector of
-//! Shiryaev and Roberts, has E M ≤ number of steps, and exp(θ·S) ≤ M wherever S > 0. So the mean number of steps to an alarm is at least
-//! exp(θ·h) (Lorden, Ann. Math. Statist. 42, 1971, 1897–1908; Shin, Ramdas and Rinaldo, E-detectors, 2024). The device holds z from above
-//! ([`most_of_block`](jointwatch_shared::monitor::most_of_block)), so that exp(θ·z) is bounded and its mean is one that can be measured.
+//! S ← max(0, S + z), alarm at S ≥ h. Class of data: E[exp(θ·z) | past] ≤ 1 at one θ > 0. Then M ←
+//! (1 + M)·exp(θ·z), the e-detector of Shiryaev and Roberts, has E M ≤ number of steps, and
+//! exp(θ·S) ≤ M wherever S > 0. So the mean number of steps to an alarm is at least
+//! exp(θ·h) (Lorden, Ann. Math. Statist. 42, 1971, 1897–1908; Shin, Ramdas and Rinaldo,
+//! E-detectors, 2024). The device holds z from above
+//! ([`most_of_block`](jointwatch_shared::monitor::most_of_block)), so that exp(θ·z) is bounded and
+//! its mean is one that can be measured.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +23,8 @@ const HALVINGS: usize = 40;
 pub struct Increments {
     /// The sum that raises the alarm, in the unit of the increments; above 0.
     pub threshold: f64,
-    /// Per record the number of its kind of drive, and the increments of one judged block after the other, as the device holds them.
+    /// Per record the number of its kind of drive, and the increments of one judged block after
+    /// the other, as the device holds them.
     pub records: Vec<(u64, Vec<f64>)>,
 }
 
@@ -28,10 +33,11 @@ pub struct Increments {
 pub struct Moments {
     /// Over all blocks.
     pub whole: f64,
-    /// Over the blocks that follow a sum at 0, and over those that follow one above it: what the past tells.
+    /// Over the blocks that follow a sum at 0, and over those that follow one above it: what the
+    /// past tells.
     pub after: [f64; 2],
-    /// Over the records of the kind of drive with the largest, and over the record with the largest; of those with at least 256 judged
-    /// blocks.
+    /// Over the records of the kind of drive with the largest, and over the record with the
+    /// largest; of those with at least 256 judged blocks.
     pub drive: f64,
     /// As said.
     pub record: f64,
@@ -40,7 +46,8 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// The largest of the means that depend on what is known beforehand: after a sum at 0, after one above it, and of every kind of drive.
+    /// The largest of the means that depend on what is known beforehand: after a sum at 0, after
+    /// one above it, and of every kind of drive.
     pub fn known_past(&self) -> f64 {
         let [zero, above] = self.after;
         zero.max(above).max(self.drive)
@@ -86,9 +93,11 @@ impl Increments {
         }
     }
 
-    /// The largest rate up to `stated` at which `worst` of the moments is not above 1; 0 where there is none.
+    /// The largest rate up to `stated` at which `worst` of the moments is not above 1; 0 where
+    /// there is none.
     ///
-    /// Every mean is convex in the rate and 1 at 0, so those that keep the condition are an interval from 0 on.
+    /// Every mean is convex in the rate and 1 at 0, so those that keep the condition are an
+    /// interval from 0 on.
     pub fn largest_rate(&self, stated: f64, worst: fn(&Moments) -> f64) -> f64 {
         let keeps = |rate: f64| worst(&self.moments(rate)) <= 1.0;
         if keeps(stated) {
@@ -120,7 +129,8 @@ impl Increments {
     }
 }
 
-/// The bound on false alarms of several sums, in alarms per step: Σ exp(−θ·h), for each its θ and h.
+/// The bound on false alarms of several sums, in alarms per step: Σ exp(−θ·h), for each its θ and
+/// h.
 pub fn alarms_per_step(sums: impl Iterator<Item = (f64, f64)>) -> f64 {
     sums.map(|(rate, threshold)| (-rate * threshold).exp())
         .sum()

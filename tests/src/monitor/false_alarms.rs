@@ -1,5 +1,5 @@
-//! Healthy joints watched for hours: how far the monitor's cumulative sums went, and the bound on false alarms that their increments
-//! allow ([`super::e_detector`]).
+//! Healthy joints watched for hours: how far the monitor's cumulative sums went, and the bound on
+//! false alarms that their increments allow ([`super::e_detector`]).
 
 use super::e_detector::{Increments, Moments, alarms_per_step};
 use super::watched::{DRIVES, Learnt, RATE_HZ, Shaking, Subject};
@@ -30,7 +30,8 @@ pub struct Sum {
     pub rig: u64,
     /// Which axis.
     pub axis: usize,
-    /// Which sum: the error's own, those for more and less stiffness and friction, or those of a gross change.
+    /// Which sum: the error's own, those for more and less stiffness and friction, or those of a
+    /// gross change.
     pub side: usize,
     /// The highest that it went, as a part of the threshold.
     pub highest: f64,
@@ -38,13 +39,14 @@ pub struct Sum {
     pub stated: f64,
     /// Means of exp(θ·z) at that θ.
     pub moments: Moments,
-    /// The largest θ·h up to the stated one at which they keep the condition: given what is known beforehand, and in every record too.
+    /// The largest θ·h up to the stated one at which they keep the condition: given what is known
+    /// beforehand, and in every record too.
     pub kept: [f64; 2],
 }
 
 impl Sum {
-    /// Whether its increments keep the condition at the θ for which the limit was set: given what is known beforehand, and in every
-    /// record too.
+    /// Whether its increments keep the condition at the θ for which the limit was set: given what
+    /// is known beforehand, and in every record too.
     pub fn keeps(&self) -> [bool; 2] {
         [self.moments.known_past(), self.moments.worst_record()].map(|worst| worst <= 1.0)
     }
@@ -71,7 +73,8 @@ pub struct Campaign {
     pub suspect_minutes: usize,
 }
 
-/// What one record adds to every sum, axis by axis, and whether the monitor was suspicious or worse.
+/// What one record adds to every sum, axis by axis, and whether the monitor was suspicious or
+/// worse.
 struct Watched {
     increments: Vec<Vec<f64>>,
     alarms: usize,
@@ -117,8 +120,8 @@ fn watch(subject: &Subject, shaking: Shaking) -> Watched {
 }
 
 impl Campaign {
-    /// Watches `rigs` rigs of seeds from `seed` on (all parameters drawn anew; unstable ones are passed over), `hours` in all, in
-    /// minutes of different drives.
+    /// Watches `rigs` rigs of seeds from `seed` on (all parameters drawn anew; unstable ones are
+    /// passed over), `hours` in all, in minutes of different drives.
     ///
     /// # Errors
     /// When hardly any rig of the seeds is stable.
@@ -200,8 +203,8 @@ impl Campaign {
         self.sums.iter().filter(move |s| s.rig == rig)
     }
 
-    /// Hours between false alarms of a rig at least, its sums together: by what they keep given what is known beforehand, and by what
-    /// they keep in every record.
+    /// Hours between false alarms of a rig at least, its sums together: by what they keep given
+    /// what is known beforehand, and by what they keep in every record.
     pub fn hours_between(&self, rig: u64) -> [f64; 2] {
         [0, 1].map(|strictness| {
             let sums = self.of_rig(rig).map(|s| (s.kept[strictness], 1.0));
@@ -227,7 +230,8 @@ impl Campaign {
     }
 }
 
-/// A campaign for a person to read: of every rig the sums that miss the condition, or the one that is nearest to it.
+/// A campaign for a person to read: of every rig the sums that miss the condition, or the one that
+/// is nearest to it.
 pub fn report(campaign: &Campaign) -> String {
     let ([known, record], [known_hours, record_hours]) =
         (campaign.keeping(), campaign.worst_hours());

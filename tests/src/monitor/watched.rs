@@ -1,4 +1,5 @@
-//! A simulated rig, what was learnt of its joint, and the monitor that watches it: for tests of the monitor and its campaign.
+//! A simulated rig, what was learnt of its joint, and the monitor that watches it: for tests of the
+//! monitor and its campaign.
 
 use jointwatch::device::export::export;
 use jointwatch::device::monitor_limits::{self, Calibration, Purpose};
@@ -18,7 +19,8 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-/// Integration steps per row at 1 kHz: a quarter of a millisecond resolves the rig, as the simulator's own test shows.
+/// Integration steps per row at 1 kHz: a quarter of a millisecond resolves the rig, as the
+/// simulator's own test shows.
 const SUBSTEPS: usize = 4;
 /// Samples per second of every record.
 pub const RATE_HZ: f64 = 1000.0;
@@ -94,7 +96,8 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 impl Subject {
-    /// Shakes a rig, learns a model, and sets the monitor's limits for one false alarm in `false_alarm_hours`.
+    /// Shakes a rig, learns a model, and sets the monitor's limits for one false alarm in
+    /// `false_alarm_hours`.
     ///
     /// # Errors
     /// A sentence, when the rig is unstable or no limits could be set.
@@ -107,7 +110,8 @@ impl Subject {
         Self::humming(learnt, rig, seed, false_alarm_hours, None)
     }
 
-    /// As [`Subject::new`], with limits that take a drift of gain and stiffness by this part for healthy.
+    /// As [`Subject::new`], with limits that take a drift of gain and stiffness by this part for
+    /// healthy.
     ///
     /// # Errors
     /// As there.
@@ -121,7 +125,8 @@ impl Subject {
         Self::of(learnt, rig, seed, (false_alarm_hours, drift), None)
     }
 
-    /// As [`Subject::new`], with a line of the mains in every force log of x, another phase in each, which is then added to the model.
+    /// As [`Subject::new`], with a line of the mains in every force log of x, another phase in
+    /// each, which is then added to the model.
     ///
     /// # Errors
     /// As there, and when the line cannot be added.
@@ -219,8 +224,8 @@ impl Subject {
         }
     }
 
-    /// Every change of the joint by `part` of the RMS force, with its name: stiffness and viscous friction both ways, dry
-    /// friction added.
+    /// Every change of the joint by `part` of the RMS force, with its name: stiffness and viscous
+    /// friction both ways, dry friction added.
     pub fn changes(&self, part: f64) -> Vec<(String, Worn)> {
         let mut all = Vec::new();
         let same = self.healthy();
@@ -364,7 +369,8 @@ impl Subject {
         seen
     }
 
-    /// Every change of the verdict over a record, with its time in s; `look` sees the monitor after every sample.
+    /// Every change of the verdict over a record, with its time in s; `look` sees the monitor after
+    /// every sample.
     pub fn watch(
         &self,
         state: &mut MonitorState,
@@ -413,8 +419,8 @@ fn record(columns: Vec<Vec<f64>>) -> Record {
 pub struct Shaking {
     /// Length of the record, s.
     pub seconds: f64,
-    /// Per axis, the drive at the beginning and at the end as a part of the training records'; it goes from one to the other
-    /// evenly.
+    /// Per axis, the drive at the beginning and at the end as a part of the training records'; it
+    /// goes from one to the other evenly.
     pub levels: [[f64; 2]; 2],
     /// Nothing is driven from the first of these to the second, s.
     pub rest_s: [f64; 2],
@@ -433,8 +439,8 @@ impl Shaking {
         }
     }
 
-    /// A minute of healthy life, another one for every number: steady drives of four sizes, either axis undriven, rising and
-    /// falling ones, and one with a rest of ten seconds.
+    /// A minute of healthy life, another one for every number: steady drives of four sizes, either
+    /// axis undriven, rising and falling ones, and one with a rest of ten seconds.
     pub fn minute(number: u64, seed: u64) -> Self {
         let levels = match number % DRIVES {
             0 => [[STUDY_LEVEL; 2]; 2],

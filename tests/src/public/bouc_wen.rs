@@ -1,5 +1,6 @@
-//! The public hysteretic benchmark, simulated from its published equations and parameters: J.-P. Noël, M. Schoukens, Hysteretic
-//! benchmark with a dynamic nonlinearity, Workshop on Nonlinear System Identification Benchmarks, Brussels 2016.
+//! The public hysteretic benchmark, simulated from its published equations and parameters: J.-P.
+//! Noël, M. Schoukens, Hysteretic benchmark with a dynamic nonlinearity, Workshop on Nonlinear
+//! System Identification Benchmarks, Brussels 2016.
 //!
 //! 2·ÿ + 10·ẏ + 5·10⁴·y + z = u with ż = 5·10⁴·ẏ − 10³·(0.8·|ẏ|·z − 1.1·ẏ·|z|), in N, m and s.
 

@@ -1,5 +1,5 @@
-//! Public measurements of real joints, from a plain base to what a diagnosis adds: what is said, and what it is worth on validation
-//! records.
+//! Public measurements of real joints, from a plain base to what a diagnosis adds: what is said,
+//! and what it is worth on validation records.
 
 use crate::program::{measurements, workspace};
 use jointwatch::assess::compare::compare;
@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 /// What stands before and after the table in docs/notebook/joints.md.
 pub const MARKS: [&str; 2] = ["<!-- joints: begin -->", "<!-- joints: end -->"];
 
-/// A set: what it is called, the folder of its files, and its study: on the project's pages, or beside the files.
+/// A set: what it is called, the folder of its files, and its study: on the project's pages, or
+/// beside the files.
 struct Set(&'static str, &'static str, Description);
 
 enum Description {

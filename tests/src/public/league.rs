@@ -1,7 +1,9 @@
-//! The public league: official splits of nonlinearbenchmark.org, learnt with the library's own calls and simulated.
+//! The public league: official splits of nonlinearbenchmark.org, learnt with the library's own
+//! calls and simulated.
 //!
-//! Every kind of model that may be chosen is learnt and refined on training rows alone, and the one whose refinement left least on
-//! the last fifth of these rows is taken. The records for testing are read after that, once.
+//! Every kind of model that may be chosen is learnt and refined on training rows alone, and the one
+//! whose refinement left least on the last fifth of these rows is taken. The records for testing
+//! are read after that, once.
 
 use super::bouc_wen;
 use crate::program::measurements;
@@ -189,7 +191,8 @@ struct Chosen {
 }
 
 impl Chosen {
-    /// Learns every candidate, takes the best on held-out training rows, then opens the test records.
+    /// Learns every candidate, takes the best on held-out training rows, then opens the test
+    /// records.
     fn of(set: &Set, told: &dyn Fn(&str)) -> Result<Option<Self>, String> {
         let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
         if !set.source.put(folder.path())? {

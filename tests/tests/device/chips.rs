@@ -1,4 +1,5 @@
-//! The firmware's drivers against chips written from the datasheets alone: each tells the other's mistakes.
+//! The firmware's drivers against chips written from the datasheets alone: each tells the other's
+//! mistakes.
 
 use jointwatch::emulate::board::{Board, BoardChip, DropOuts, Injection, Trouble};
 use jointwatch_firmware::sensor::acquire::{Acquired, CHIPS, CONVERTER};

@@ -1,4 +1,5 @@
-//! The flashed image as a file: it has no path to a panic, it fits its flash, and its slots lie where the host believes.
+//! The flashed image as a file: it has no path to a panic, it fits its flash, and its slots lie
+//! where the host believes.
 
 use jointwatch::emulate::selftest::{self, Board, SLOT_A};
 use jointwatch_tests::elf::{Image, panic_paths, readable};
@@ -12,8 +13,9 @@ fn image(name: &str) -> Image {
 /// The tasks of a sample, by the interrupts that they are hung to.
 const PER_SAMPLE: [&str; 5] = ["TIM2", "UART4", "USART6", "UART5", "USART2"];
 
-/// What calls a panic and may: the check of a signature, with bounds checks of constant tables that the compiler cannot prove
-/// away. It runs at the start and at the end of an upload, and its indices do not depend on what was uploaded.
+/// What calls a panic and may: the check of a signature, with bounds checks of constant tables that
+/// the compiler cannot prove away. It runs at the start and at the end of an upload, and its
+/// indices do not depend on what was uploaded.
 const OF_SIGNATURES: [&str; 3] = [
     "ed25519_compact",
     "jointwatch_firmware::store::verify::Key",
@@ -75,8 +77,8 @@ fn no_task_reaches_a_panic_but_through_an_upload() {
     }
 }
 
-/// Real numbers of 64 bits, which this processor has no instructions for, are for the start and for uploads: there the rig's SI values
-/// become integers.
+/// Real numbers of 64 bits, which this processor has no instructions for, are for the start and for
+/// uploads: there the rig's SI values become integers.
 #[test]
 fn no_task_reaches_arithmetic_on_real_numbers_of_64_bits_but_through_an_upload() {
     let image = image("jointwatch");
@@ -117,7 +119,8 @@ fn the_image_for_tests_differs_in_chips_line_clock_and_slots_alone() {
     };
     let flashed = of("jointwatch", "jointwatch");
     let tested = of("jointwatch-link", "jointwatch_link");
-    // The drivers are generic over the bus, so the compiler may put other pieces of them into their callers.
+    // The drivers are generic over the bus, so the compiler may put other pieces of them into their
+    // callers.
     let parts = [
         "board::link",
         "board::driver",

@@ -1,4 +1,5 @@
-//! The device: drivers, firmware under QEMU, monitor and uploads, beside what the host expects of them.
+//! The device: drivers, firmware under QEMU, monitor and uploads, beside what the host expects of
+//! them.
 
 mod chips;
 mod emulate;

@@ -1,4 +1,5 @@
-//! The monitor on a simulated joint: a healthy hour without an alarm, and a joint that changes is found in time.
+//! The monitor on a simulated joint: a healthy hour without an alarm, and a joint that changes is
+//! found in time.
 
 use jointwatch::simulate::RigParameters;
 use jointwatch::study::Record;
@@ -28,8 +29,9 @@ fn alarm(seen: &[(f64, Verdict)]) -> Option<(f64, Verdict)> {
 const DEFAULT_RIG: &str = "default rig";
 const DRAWN_RIG: &str = "rig drawn anew";
 
-/// Every change of the joint by 10 % of the RMS force, under every drive, raises an alarm about that axis in time, and none comes
-/// before it; on the default rig and on others, and on `missed_once`, on which it once did not.
+/// Every change of the joint by 10 % of the RMS force, under every drive, raises an alarm about
+/// that axis in time, and none comes before it; on the default rig and on others, and on
+/// `missed_once`, on which it once did not.
 fn finds_changes(
     learnt: Learnt,
     most_error: f64,
@@ -128,7 +130,8 @@ fn a_healthy_hour_raises_no_alarm() {
                 "{learnt:?}, minute {minute}: {}",
                 story(seen)
             );
-            // An axis that nobody drives is not judged, and the joint then not called healthy as a whole; the driven one is.
+            // An axis that nobody drives is not judged, and the joint then not called healthy as a
+            // whole; the driven one is.
             match minute % 9 {
                 4 => assert!(healthy[0], "minute {minute}: {}", story(seen)),
                 5 => assert!(healthy[1], "minute {minute}: {}", story(seen)),
@@ -141,7 +144,8 @@ fn a_healthy_hour_raises_no_alarm() {
 
 #[test]
 fn increments_on_rigs_not_used_for_tuning_keep_the_condition_of_the_bound() {
-    // Rigs whose parameters were drawn anew, none of them used to choose a constant of the monitor; docs/notebook/monitor.md has the long one.
+    // Rigs whose parameters were drawn anew, none of them used to choose a constant of the monitor;
+    // docs/notebook/monitor.md has the long one.
     for learnt in [Learnt::Physical, Learnt::Polynomial] {
         let campaign = Campaign::run(learnt, 500, 2, 0.6).unwrap_or_else(|why| panic!("{why}"));
         println!("{}", report(&campaign));
@@ -154,7 +158,8 @@ fn increments_on_rigs_not_used_for_tuning_keep_the_condition_of_the_bound() {
                 assert!(worst <= 1.0, "{worst}");
                 assert!(hours > f64::from(WANTED_HOURS) - 1e-6, "{hours} hours");
             }
-            // It misses the condition by 5 % at most under one drive, of which there are two minutes here.
+            // It misses the condition by 5 % at most under one drive, of which there are two
+            // minutes here.
             Learnt::Polynomial => assert!(worst < 1.1, "{worst}"),
         }
     }

@@ -1,6 +1,8 @@
-//! Gross changes of the joint on a simulated rig: found in the documented time, on the right axis, with the right direction.
+//! Gross changes of the joint on a simulated rig: found in the documented time, on the right axis,
+//! with the right direction.
 //!
-//! `monitor_campaign --curves` is the long version; `shared/tests/chain/monitor_changes.rs` has the monitor alone.
+//! `monitor_campaign --curves` is the long version; `shared/tests/chain/monitor_changes.rs` has the
+//! monitor alone.
 
 use jointwatch::simulate::RigParameters;
 use jointwatch_shared::monitor::State;
@@ -14,7 +16,8 @@ fn subject(learnt: Learnt, rig: RigParameters, seed: u64) -> Subject {
     subject.unwrap_or_else(|why| panic!("{learnt:?}, seed {seed}: {why}"))
 }
 
-/// Every change of a kind on one rig, the wrong ones as sentences; those not found within `within_s` of motion among them.
+/// Every change of a kind on one rig, the wrong ones as sentences; those not found within
+/// `within_s` of motion among them.
 fn wrong(found: &[Found], within_s: f64) -> Vec<String> {
     let late = |found: &Found| match found.found_after() {
         Some(time) if time <= within_s => None,
@@ -50,7 +53,8 @@ fn a_joint_that_loses_most_of_its_force_or_seizes_is_found_within_a_second() {
     }
 }
 
-/// An axis that changed may be called healthy for so long, s: where it was well before, and where it was not.
+/// An axis that changed may be called healthy for so long, s: where it was well before, and where
+/// it was not.
 fn assert_not_healthy(found: &Found, most: [f64; 2], watched_s: f64) {
     let healthy = found.healthy_after(0.0, watched_s);
     let most = most[usize::from(found.before_power_on)];

@@ -1,5 +1,5 @@
-//! A joint that changes in the middle of a record: what `replay --frames` says of it through `jointwatch monitor`, and that the
-//! firmware says the same.
+//! A joint that changes in the middle of a record: what `replay --frames` says of it through
+//! `jointwatch monitor`, and that the firmware says the same.
 
 use jointwatch::device::export::read_blob;
 use jointwatch::device::rig_block;
@@ -33,7 +33,8 @@ const SECONDS: f64 = 8.0;
 const CHANGES_AT_S: f64 = 4.0;
 const SEED: u64 = 1;
 
-/// A folder with a model, a rig block with limits, and a study of one record in which x becomes stiffer by 10 % of its force.
+/// A folder with a model, a rig block with limits, and a study of one record in which x becomes
+/// stiffer by 10 % of its force.
 fn story() -> &'static Path {
     static STORY: OnceLock<TempDir> = OnceLock::new();
     let folder = STORY.get_or_init(|| {
@@ -115,7 +116,8 @@ fn statuses(reports: &[Report]) -> Vec<Status> {
     reports.iter().filter_map(status).collect()
 }
 
-/// Healthy, suspect of x being stiffer once it is, alarm: in this order and in time. Gives the sample of the alarm.
+/// Healthy, suspect of x being stiffer once it is, alarm: in this order and in time. Gives the
+/// sample of the alarm.
 fn tells_the_story(verdicts: &[(u64, Verdict)], changes_at: u64) -> u64 {
     let read = |v: &Verdict| v.read().expect("known codes");
     let judged = verdicts
@@ -182,7 +184,8 @@ fn replayed_frames_go_from_healthy_over_suspect_to_alarm_with_the_residual_aroun
     assert!(told("alarm, x is stiffer than the model") > 0);
 }
 
-/// The part of the changed record's time, in blocks from anywhere in it, in which the measured force on x has a quarter of its usual power.
+/// The part of the changed record's time, in blocks from anywhere in it, in which the measured
+/// force on x has a quarter of its usual power.
 fn driven_share() -> f64 {
     let model = read_blob(&story().join("model.bin")).unwrap();
     let block = rig_block::read(&story().join("rig.bin")).unwrap();
@@ -212,7 +215,8 @@ fn fail_on_ends_with_its_own_exit_code() {
     let figures: serde_json::Value = serde_json::from_str(&figures).unwrap();
     let x = &figures["monitor"]["records"][0]["axes"]["x"];
     assert_eq!(x["state"], "alarm", "{figures}");
-    // Shaken at random, the joint moves too gently in a third of the blocks; those and no others are not judged.
+    // Shaken at random, the joint moves too gently in a third of the blocks; those and no others
+    // are not judged.
     let (judged, driven) = (x["judged_share"].as_f64().unwrap(), driven_share());
     assert!((0.5..0.8).contains(&driven), "{driven}");
     assert!((judged - driven).abs() < 0.03, "{judged} {driven}");
@@ -241,7 +245,8 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     let c = &run.comparison;
     assert_eq!((c.samples, c.different_bits), (run.instants, 0), "{c:?}");
 
-    // The same instants without a processor: the rest at which the chips are set up, then the record.
+    // The same instants without a processor: the rest at which the chips are set up, then the
+    // record.
     let wiring = &device.block.wiring;
     let board = Rc::new(RefCell::new(Board::new(wiring, RATE_HZ, 0)));
     let mut chips = chips(&board, wiring);

@@ -1,4 +1,5 @@
-//! `export --rig`: a description of the wiring becomes the numbers of a block, and what is wrong with it is said with its line.
+//! `export --rig`: a description of the wiring becomes the numbers of a block, and what is wrong
+//! with it is said with its line.
 
 use jointwatch_shared::wire::rig_block::{RIG_BLOCK_LEN, decode};
 use jointwatch_tests::program::{fail, succeed, workspace};
@@ -121,7 +122,8 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
     let held = f64::from(limits.axes[1].stiffness.more.threshold) * 100.0 / 65536.0;
     assert!((seen - held).abs() < 1e-9, "{seen} for {held}");
 
-    // The same verdicts from the block's limits as from the study's, which are the same but for the accelerometers' steps.
+    // The same verdicts from the block's limits as from the study's, which are the same but for the
+    // accelerometers' steps.
     let replay = [
         "replay",
         "model.bin",
@@ -148,7 +150,8 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
         verdicts(&["--false-alarm-days", "60"])
     );
 
-    // A description of a real board takes limits from a study as well; without one it has none and says so.
+    // A description of a real board takes limits from a study as well; without one it has none and
+    // says so.
     fs::write(at.join("rig.toml"), example()).unwrap();
     let real = ["export", &model(), "--rig", "rig.toml", "-o", "real.bin"];
     let said = succeed(at, &real);

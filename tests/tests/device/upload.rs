@@ -1,4 +1,5 @@
-//! A signed model over a line that loses and damages bytes, from the host's upload to the firmware's own slots.
+//! A signed model over a line that loses and damages bytes, from the host's upload to the
+//! firmware's own slots.
 
 #[path = "../../../firmware/tests/firmware/flash.rs"]
 mod flash;

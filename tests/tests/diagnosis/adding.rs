@@ -1,5 +1,5 @@
-//! Effects added to polynomials and networks, and the loop that diagnoses and adds until nothing is missing: on rigs with a
-//! hidden effect whose laws are not the program's own.
+//! Effects added to polynomials and networks, and the loop that diagnoses and adds until nothing is
+//! missing: on rigs with a hidden effect whose laws are not the program's own.
 
 use jointwatch_tests::hidden::cases::{Case, Options};
 use jointwatch_tests::hidden::study;
@@ -38,7 +38,8 @@ fn number(value: &Value) -> f64 {
         .unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-/// Adds what is hidden on x to a model; the validation error has to fall to this part, and the device has to agree.
+/// Adds what is hidden on x to a model; the validation error has to fall to this part, and the
+/// device has to agree.
 fn falls_when_added(folder: &Path, model: &[&str], effect: &str, most: f64) {
     let run = |arguments: &[&str]| succeed(folder, arguments);
     run(&[
@@ -108,8 +109,8 @@ fn added_to_base(folder: &Path, effect: &str) -> Value {
 
 #[test]
 fn a_fit_starts_where_the_search_for_its_effect_ends_too() {
-    // Beside a friction that is missing a wave has many valleys. From its own starting values alone this fit ends in one that
-    // leaves 0.1427 of the force, with a pitch sixteen times as long.
+    // Beside a friction that is missing a wave has many valleys. From its own starting values alone
+    // this fit ends in one that leaves 0.1427 of the force, with a pitch sixteen times as long.
     let folder = tempfile::tempdir().unwrap();
     hiding_in(3, "lugre", folder.path());
     let said = added_to_base(folder.path(), "cogging@x");

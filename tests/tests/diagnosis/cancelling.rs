@@ -1,4 +1,5 @@
-//! Two effects of which one gives back what the other takes are one too many, and so are values that explain nothing.
+//! Two effects of which one gives back what the other takes are one too many, and so are values
+//! that explain nothing.
 
 use jointwatch::diagnose::apply::simplified;
 use jointwatch::fit::identify::{Prepared, physical};
@@ -44,8 +45,8 @@ fn write_study(folder: &Path, terms: &str, force: Force) {
     fs::write(folder.join("study.toml"), study).unwrap();
 }
 
-/// Damping that falls with the logarithm of the velocity: near it lies every difference of a power of the velocity and a viscous force, and
-/// the nearer the larger both are.
+/// Damping that falls with the logarithm of the velocity: near it lies every difference of a power
+/// of the velocity and a viscous force, and the nearer the larger both are.
 fn logarithmic(x: f64, v: f64) -> f64 {
     8e3 * x + 300.0 * (1.0 - 0.45 * (v.abs() / 0.05 + 1e-9).ln()) * v
 }
@@ -78,7 +79,8 @@ fn what_is_added_takes_the_place_of_what_would_cancel_it() {
     );
 }
 
-/// Dry friction with a strength per direction in a joint whose friction is the same both ways, and in one where it is not.
+/// Dry friction with a strength per direction in a joint whose friction is the same both ways, and
+/// in one where it is not.
 #[test]
 fn a_simpler_law_takes_the_place_of_a_general_one_where_it_does_as_well() {
     fn alike(x: f64, v: f64) -> f64 {
@@ -120,8 +122,9 @@ fn what_explains_nothing_beside_the_others_is_left_out() {
     assert!(without("coulomb@x").is_none());
 }
 
-/// A damper that is seven times as strong one way, on a base with one strength for both: while the law with two strengths is judged, the
-/// base's must not take up what they share, or one of them would be nothing and no physics.
+/// A damper that is seven times as strong one way, on a base with one strength for both: while the
+/// law with two strengths is judged, the base's must not take up what they share, or one of them
+/// would be nothing and no physics.
 #[test]
 fn a_general_law_is_judged_in_the_place_of_its_special_case() {
     let folder = tempfile::tempdir().unwrap();
@@ -137,8 +140,9 @@ fn a_general_law_is_judged_in_the_place_of_its_special_case() {
     assert_eq!(names(&folder.join("wider.json")), ["viscous_by_direction"]);
 }
 
-/// Springs whose best description by two effects are values that cancel: moderate ones are kept for their sum, with a warning, as long as
-/// neither does it alone; a stiffness of thousands of times the force over the travel never is.
+/// Springs whose best description by two effects are values that cancel: moderate ones are kept for
+/// their sum, with a warning, as long as neither does it alone; a stiffness of thousands of times
+/// the force over the travel never is.
 #[test]
 fn two_that_cancel_are_kept_only_for_a_sum_of_moderate_sizes() {
     fn bent(x: f64, _: f64) -> f64 {

@@ -1,4 +1,5 @@
-//! What changed in a joint since its model was made: parameters, effects, errors; and records are known again by their hash.
+//! What changed in a joint since its model was made: parameters, effects, errors; and records are
+//! known again by their hash.
 
 use jointwatch_tests::program::{fail, succeed};
 use serde_json::Value;

@@ -1,5 +1,5 @@
-//! The campaign of hidden effects stands on a rig of its own: that rig, what is hidden in it and its studies, held
-//! against the program's simulator and its fits.
+//! The campaign of hidden effects stands on a rig of its own: that rig, what is hidden in it and
+//! its studies, held against the program's simulator and its fits.
 
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{RigParameters, SimulationOptions, record_drives, simulate};
@@ -100,8 +100,8 @@ fn without_anything_hidden_both_simulators_move_alike() {
     }
 }
 
-/// The share of the restoring force that a case hides, from its files: m·a − F as the study has it, less the force of the
-/// joint that the user knows at the true motion.
+/// The share of the restoring force that a case hides, from its files: m·a − F as the study has it,
+/// less the force of the joint that the user knows at the true motion.
 fn share_in_files(case: &Case) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     study::write(case, folder.path()).unwrap();
@@ -217,8 +217,9 @@ fn with_nothing_hidden_identify_finds_the_joint_that_was_simulated() {
     });
 }
 
-/// Cases of seed 7 that `diagnose` gets right, from the files alone: nothing, one and two axes, physics and instruments,
-/// an effect met in few moments (17) and an outsider (6). None of them may be lost.
+/// Cases of seed 7 that `diagnose` gets right, from the files alone: nothing, one and two axes,
+/// physics and instruments, an effect met in few moments (17) and an outsider (6). None of them may
+/// be lost.
 const RIGHT: [usize; 9] = [0, 4, 6, 8, 13, 16, 17, 19, 21];
 
 /// The same, beside cases that a single principle is there for.
@@ -236,12 +237,14 @@ fn right() -> Vec<(Options, usize)> {
         ..of(204)
     };
     let principles = [
-        // A spring that acts late is no force channel that is late; and one that is very late is that.
+        // A spring that acts late is no force channel that is late; and one that is very late is
+        // that.
         (only("delayed feedback of the displacement", 301), 8),
         (of(303), 112),
         // Two at once, a line of the mains beside crosstalk.
         (two, 1),
-        // A rounded contact is no power law: of two laws that differ by less than models are wrong by, the simpler one.
+        // A rounded contact is no power law: of two laws that differ by less than models are wrong
+        // by, the simpler one.
         (tolerances(9102), 26),
         (tolerances(9102), 32),
         // Nor is it an end stop where nothing is missing.
@@ -273,7 +276,8 @@ fn verdicts_that_were_right_stay_right() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Laws outside the library, with a case of seed 402 each, and what the answer says that they follow, where it does.
+/// Laws outside the library, with a case of seed 402 each, and what the answer says that they
+/// follow, where it does.
 const OUTSIDE: [(&str, usize, Option<&str>); 5] = [
     ("delayed feedback of the displacement", 3, None),
     (
@@ -286,7 +290,8 @@ const OUTSIDE: [(&str, usize, Option<&str>); 5] = [
     ("unmeasured force", 0, None),
 ];
 
-/// Of joints in a testing machine, with rates from 200 Hz to 20 kHz and any drive, none of which was looked at while the decision was made.
+/// Of joints in a testing machine, with rates from 200 Hz to 20 kHz and any drive, none of which
+/// was looked at while the decision was made.
 #[test]
 fn joints_in_a_testing_machine_are_named_or_grouped() {
     let judged: Vec<Judgement> = (0..24)
@@ -330,7 +335,8 @@ const NAMELESS: [(&str, usize, &str); 6] = [
     ("unmeasured force", 16, "nobody measures"),
 ];
 
-/// Pieces that follow a curve are no laws, and what is loud is no noise although the joint never rests.
+/// Pieces that follow a curve are no laws, and what is loud is no noise although the joint never
+/// rests.
 #[test]
 fn what_no_law_describes_is_unknown() {
     NAMELESS.par_iter().for_each(|(name, number, part)| {

@@ -1,4 +1,5 @@
-//! `jointwatch simulate --hidden`: the share that was asked for is in the files, and what cannot be hidden is refused.
+//! `jointwatch simulate --hidden`: the share that was asked for is in the files, and what cannot be
+//! hidden is refused.
 
 use jointwatch_tests::program::{fail, succeed};
 use serde_json::Value;

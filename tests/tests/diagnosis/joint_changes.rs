@@ -1,5 +1,6 @@
-//! The whole way round, as a user goes it: a joint changes, the device under QEMU raises its alarm, the counts that it kept become a study,
-//! `changed` and `diagnose` name what changed, a new model is learnt, signed and uploaded, and the alarm is gone.
+//! The whole way round, as a user goes it: a joint changes, the device under QEMU raises its alarm,
+//! the counts that it kept become a study, `changed` and `diagnose` name what changed, a new model
+//! is learnt, signed and uploaded, and the alarm is gone.
 
 use jointwatch::simulate::{SimulationOptions, write_study};
 use jointwatch_shared::monitor::State;
@@ -173,7 +174,8 @@ fn a_change_is_found_named_learnt_and_no_alarm_any_more() {
         monitor.until_state(State::Alarm)
     );
     drop(monitor);
-    // What the device streams after that says how well the new model does; by then the counts behind the alarm are there as well.
+    // What the device streams after that says how well the new model does; by then the counts
+    // behind the alarm are there as well.
     let stream = ["--stream", "1", "--record", "stream.bin"];
     let mut monitor = Running::start(folder, &[&listen[..], &stream].concat());
     for _ in 0..STREAMED {

@@ -25,8 +25,9 @@ fn assert_on_the_page(outcomes: Vec<Outcome>) {
     }
 }
 
-/// From two logs of a robot's joint, with nothing said but which column stands for the torque, to what a least-squares fit of the law that
-/// robotics uses for it gives: viscous and dry friction and an inertia that the study takes as none.
+/// From two logs of a robot's joint, with nothing said but which column stands for the torque, to
+/// what a least-squares fit of the law that robotics uses for it gives: viscous and dry friction
+/// and an inertia that the study takes as none.
 #[test]
 fn a_robot_joint_from_its_logs() {
     let folder = tempfile::tempdir().unwrap();
@@ -56,7 +57,8 @@ fn a_robot_joint_from_its_logs() {
         let effect = effect.unwrap_or_else(|| panic!("{name} is not among {effects:?}"));
         effect["parameters"][0]["value"].as_f64().unwrap()
     };
-    // Least squares by a script of a few lines on rows behind a low-pass of 5 Hz: 2.13, 0.152 and 0.279; 5.2 and 4.9 % are left.
+    // Least squares by a script of a few lines on rows behind a low-pass of 5 Hz: 2.13, 0.152 and
+    // 0.279; 5.2 and 4.9 % are left.
     assert!((2.0..2.3).contains(&value("viscous")));
     assert!((0.14..0.16).contains(&value("coulomb")));
     assert!((0.2..0.5).contains(&value("inertia_error")));

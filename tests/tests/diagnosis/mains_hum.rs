@@ -1,5 +1,5 @@
-//! Hum in a force channel, from the log to the device's integers: it is followed and taken out, the joint's force is not, and the monitor
-//! says what it says without hum.
+//! Hum in a force channel, from the log to the device's integers: it is followed and taken out, the
+//! joint's force is not, and the monitor says what it says without hum.
 
 use jointwatch::device::replay::SetUp;
 use jointwatch::simulate::RigParameters;
@@ -66,7 +66,8 @@ fn rms(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 #[test]
 fn hum_is_gone_from_the_residual_and_the_joints_force_is_left_as_it_is() {
-    // What a polynomial misses, a fifth of the force, has a part at the line's frequency, of which 0.16 Hz cannot be told from hum.
+    // What a polynomial misses, a fifth of the force, has a part at the line's frequency, of which
+    // 0.16 Hz cannot be told from hum.
     for (learnt, least_fall, most_of_force) in [
         (Learnt::Physical, [-30.0, -40.0, -50.0], 1e-3),
         (Learnt::Polynomial, [-20.0, -25.0, -25.0], 1e-2),

@@ -1,4 +1,5 @@
-//! Measured joints that change: part of the restoring force that was measured is taken from the log of the force, or put on it.
+//! Measured joints that change: part of the restoring force that was measured is taken from the log
+//! of the force, or put on it.
 //!
 //! Where the measurements are at hand; each test says so when they are not.
 
@@ -57,7 +58,8 @@ fn alarms(folder: &Path, changes_at_s: f64) -> Vec<(f64, Option<(f64, Verdict)>)
     PARTS.map(|part| (part, first_alarm(part))).to_vec()
 }
 
-/// A loss of half and more is found within a second; a smaller change, and more force, where `small_within_s` says so.
+/// A loss of half and more is found within a second; a smaller change, and more force, where
+/// `small_within_s` says so.
 fn assert_found(what: &str, found: &[(f64, Option<(f64, Verdict)>)], small_within_s: Option<f64>) {
     for (part, alarm) in found {
         println!("{what}, {:+.0} %: {alarm:?}", 100.0 * part);
@@ -109,7 +111,8 @@ fn a_friction_damper_that_changes_is_found() {
 terms = ["bouc_wen_pinching@x", "viscous@x", "preload@x"]
 "#;
     let folder = study_with_logs(&data, &logs, &format!("{study}\n{base}"));
-    // Two seconds a cycle, 14 s of validation and an error of 11 %: a third of the force is not found in the 6 s that are left.
+    // Two seconds a cycle, 14 s of validation and an error of 11 %: a third of the force is not
+    // found in the 6 s that are left.
     let found = alarms(folder.path(), 8.0);
     assert_found("friction damper", &found, None);
 }

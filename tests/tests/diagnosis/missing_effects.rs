@@ -1,7 +1,8 @@
-//! What was missing in three measured joints: a positioning axis, an electronic Duffing oscillator and a friction damper, each
-//! with a base from which its main effect was left out.
+//! What was missing in three measured joints: a positioning axis, an electronic Duffing oscillator
+//! and a friction damper, each with a base from which its main effect was left out.
 //!
-//! The logs are public and not part of the project. Where they are absent, each test says so and what to set.
+//! The logs are public and not part of the project. Where they are absent, each test says so and
+//! what to set.
 
 use jointwatch_tests::program::{measurements, study_with_logs, succeed};
 use serde_json::Value;
@@ -142,8 +143,8 @@ fn a_friction_damper_lacks_hysteresis_and_not_dry_friction() {
         assert!(before.0 > 15.0 && before.1 > 75.0, "{before:?}");
         assert!(after.0 <= 4.0 && after.1 <= 8.4, "{effect}: {after:?}");
     }
-    // From their own starting values alone these two end at 5.6 % and 4.2 % of validation: LuGre's with a friction that is larger
-    // in motion than at rest.
+    // From their own starting values alone these two end at 5.6 % and 4.2 % of validation: LuGre's
+    // with a friction that is larger in motion than at rest.
     let lugre = errors_with(folder.path(), "lugre")[1];
     assert!(lugre.0 <= 3.3 && lugre.1 <= 3.2, "{lugre:?}");
     let bouc_wen = errors_with(folder.path(), "bouc_wen")[1];

@@ -1,4 +1,5 @@
-//! A physical model on the simulated rig, whose truth is known: its values, its intervals, and its way to the device.
+//! A physical model on the simulated rig, whose truth is known: its values, its intervals, and its
+//! way to the device.
 
 use jointwatch::fit::identify;
 use jointwatch::model::Evaluator;
@@ -89,7 +90,8 @@ fn goes_all_the_way(kind: &[&str], most_nmse_percent: f64) {
         let device = &records.last().unwrap()["axes"][name]["nmse_percent"];
         println!("{kind:?} {name}: validation NMSE {nmse:.4} %, replayed {device} %");
         assert!(nmse < most_nmse_percent, "{axis}");
-        // The device holds a state that leaves the training range at its edge and leaves such rows out.
+        // The device holds a state that leaves the training range at its edge and leaves such rows
+        // out.
         let device = device.as_f64().unwrap();
         assert!(device < 2.0 * most_nmse_percent, "{name}: {device} %");
     }

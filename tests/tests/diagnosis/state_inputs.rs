@@ -1,4 +1,5 @@
-//! Polynomials and networks of one axis that take an input of the study as their third state, and simulations of what follows inputs.
+//! Polynomials and networks of one axis that take an input of the study as their third state, and
+//! simulations of what follows inputs.
 
 use jointwatch_tests::program::{fail, succeed};
 use serde_json::Value;
@@ -31,7 +32,8 @@ fn drive(t: f64, seed: f64) -> f64 {
     6.0 * tones.into_iter().map(tone).sum::<f64>()
 }
 
-/// A body of 2 kg behind a spring and a damper that both grow with a voltage, at once or behind a lag.
+/// A body of 2 kg behind a spring and a damper that both grow with a voltage, at once or behind a
+/// lag.
 fn record(seed: f64, lag_s: f64) -> String {
     let step = 1.0 / RATE_HZ / STEPS as f64;
     let rate = |t: f64, [x, v, behind]: [f64; 3]| {

@@ -51,7 +51,8 @@ fn what_rises_with_time_is_an_input_unless_it_is_a_clock() {
     assert!(found.starts_with("coulomb*oil_temp"), "{said}");
     let parameters = said["ranked"][0]["parameters"].as_array().unwrap();
     let friction = parameters[0]["value"].as_f64().unwrap();
-    // What rises so slowly may be followed behind any short lag, which costs a few per cent of the slope.
+    // What rises so slowly may be followed behind any short lag, which costs a few per cent of the
+    // slope.
     assert!((friction / PER_DEGREE - 1.0).abs() < 0.05, "{said}");
     assert!(!text.contains("*count"), "{said}");
 }

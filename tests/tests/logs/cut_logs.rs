@@ -1,4 +1,5 @@
-//! Logs that are cut out of longer ones: what the joint remembers from before shows in the first seconds, and no model can know it beforehand.
+//! Logs that are cut out of longer ones: what the joint remembers from before shows in the first
+//! seconds, and no model can know it beforehand.
 
 use jointwatch_tests::program::succeed;
 use serde_json::Value;
@@ -14,7 +15,8 @@ const LOGGED: usize = 8000;
 const STIFFNESS: f64 = 2e4;
 const SLIP: f64 = 0.003;
 
-/// Force at every displacement of a path that begins at rest: a spring, and another one behind a slider.
+/// Force at every displacement of a path that begins at rest: a spring, and another one behind a
+/// slider.
 fn force(path: &[f64]) -> Vec<f64> {
     let mut stretch = 0.0_f64;
     let mut before = path[0];

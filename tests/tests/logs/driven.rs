@@ -1,4 +1,5 @@
-//! Axes that a drive turns: a draft sees inertia and weight beside large friction, and a drive that answers the motion is told.
+//! Axes that a drive turns: a draft sees inertia and weight beside large friction, and a drive that
+//! answers the motion is told.
 
 use super::free_motion::{noise, step};
 use jointwatch::model::file::ModelFile;
@@ -32,7 +33,8 @@ const MOTOR: Turned = Turned {
     friction: 0.03,
 };
 
-/// What a drive turns, its torque by time and velocity from row to row; torque and angle are read off by so much.
+/// What a drive turns, its torque by time and velocity from row to row; torque and angle are read
+/// off by so much.
 fn log(turned: Turned, seconds: f64, off: [f64; 2], torque: impl Fn(f64, f64) -> f64) -> String {
     let mut text = String::from("time_s,angle_rad,torque_Nm\n");
     let (mut state, steps) = ([0.1, 0.0], 40);
@@ -56,7 +58,8 @@ fn log(turned: Turned, seconds: f64, off: [f64; 2], torque: impl Fn(f64, f64) ->
     text
 }
 
-/// Drafts a study of two logs, learns and completes its model; what `init` and `diagnose` said, and the model.
+/// Drafts a study of two logs, learns and completes its model; what `init` and `diagnose` said, and
+/// the model.
 fn drafted(logs: [String; 2]) -> ([String; 2], ModelFile) {
     let folder = TempDir::new().unwrap();
     let folder = folder.path();

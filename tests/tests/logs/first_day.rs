@@ -1,5 +1,5 @@
-//! The first day with a rig: mistakes of signs and units are told with the right cure, sound studies are left in peace, and `init`
-//! makes a study of logs as they are exported.
+//! The first day with a rig: mistakes of signs and units are told with the right cure, sound
+//! studies are left in peace, and `init` makes a study of logs as they are exported.
 
 use jointwatch::simulate::{Hide, SimulationOptions, simulate};
 use jointwatch::study::{Study, mistakes};
@@ -7,7 +7,8 @@ use jointwatch_tests::program::{measurements, succeed};
 use std::fs;
 use tempfile::TempDir;
 
-/// A rig of its own for every seed: one axis or two, clean or noisy, with and without something hidden.
+/// A rig of its own for every seed: one axis or two, clean or noisy, with and without something
+/// hidden.
 fn rig(seed: u64) -> Study {
     let hidden = [
         "coulomb@x",
@@ -169,8 +170,8 @@ fn an_export_of_a_german_logger_becomes_a_study_in_one_step_and_its_friction_is_
     assert!(found.iter().any(coulomb), "{found:?}");
 }
 
-/// The simulated joint is between two bodies; its gap hides from a linear fit that both positions belong to it, so `init` takes one
-/// and says which columns it leaves out.
+/// The simulated joint is between two bodies; its gap hides from a linear fit that both positions
+/// belong to it, so `init` takes one and says which columns it leaves out.
 #[test]
 fn init_finds_both_axes_of_a_simulated_rig_and_names_what_it_leaves_out() {
     let work = TempDir::new().unwrap();

@@ -27,7 +27,8 @@ const MANY: Losses = Losses {
     noise: 2e-5,
     from: [1.6, 1.0, 1.3],
 };
-/// So few that a viscous damper stands for either of them alone as well as the other one does beside it.
+/// So few that a viscous damper stands for either of them alone as well as the other one does
+/// beside it.
 const FEW: Losses = Losses {
     friction: 0.024,
     drag: 0.008,
@@ -35,7 +36,8 @@ const FEW: Losses = Losses {
     from: [1.1, 0.7, 0.9],
 };
 
-/// Moves states on by a step of a fourth-order rule, `acceleration` from displacement, velocity and time.
+/// Moves states on by a step of a fourth-order rule, `acceleration` from displacement, velocity and
+/// time.
 pub(super) fn step(
     [x, v]: [f64; 2],
     t: f64,

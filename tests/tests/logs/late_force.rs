@@ -1,4 +1,5 @@
-//! Force channels that are late by more than the first order of a shift describes, as behind a filter of their own.
+//! Force channels that are late by more than the first order of a shift describes, as behind a
+//! filter of their own.
 
 use jointwatch_tests::program::succeed;
 use serde_json::Value;
@@ -81,8 +82,8 @@ fn value(effects: &Value, effect: &str, parameter: &str) -> f64 {
         .unwrap()
 }
 
-/// Dry friction and a stop on one side behind a channel that is three rows late: friction that is late looks like several laws with memory,
-/// none of which is there.
+/// Dry friction and a stop on one side behind a channel that is three rows late: friction that is
+/// late looks like several laws with memory, none of which is there.
 #[test]
 fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,7 +105,8 @@ fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
     }
 }
 
-/// A spring and a damper in series follow the motion late as well, and no channel is: the law says more than a shift.
+/// A spring and a damper in series follow the motion late as well, and no channel is: the law says
+/// more than a shift.
 #[test]
 fn a_joint_that_follows_late_has_no_late_channel() {
     let folder = tempfile::tempdir().unwrap();

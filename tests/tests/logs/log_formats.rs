@@ -1,5 +1,6 @@
-//! One record in every log format, each written by the program that usually writes it (`tests/data/make_logs.py`), gives the same
-//! study, bit for bit; and each format damaged is refused in a sentence or repaired with a note, never in silence.
+//! One record in every log format, each written by the program that usually writes it
+//! (`tests/data/make_logs.py`), gives the same study, bit for bit; and each format damaged is
+//! refused in a sentence or repaired with a note, never in silence.
 
 use jointwatch::study::{Channels, Study};
 use jointwatch_tests::program::workspace;
@@ -11,7 +12,8 @@ fn file(name: &str) -> PathBuf {
     workspace().join("tests/data/logs").join(name)
 }
 
-/// Names of time, displacement, acceleration and force in a file, and its other names where it has none.
+/// Names of time, displacement, acceleration and force in a file, and its other names where it has
+/// none.
 struct Case {
     file: &'static str,
     names: [&'static str; 4],
@@ -200,10 +202,12 @@ fn columns_that_hold_no_plain_numbers_are_refused_by_name_and_times_count_from_t
     }
 }
 
-/// A page, or a batch, that says it unpacks to a gigabyte and more is refused before anything is made room for.
+/// A page, or a batch, that says it unpacks to a gigabyte and more is refused before anything is
+/// made room for.
 #[test]
 fn sizes_that_lie_are_refused_before_memory_is_taken() {
-    // Each column of `packed.parquet` is one page: its header begins with `15 00 15`, then its unpacked size.
+    // Each column of `packed.parquet` is one page: its header begins with `15 00 15`, then its
+    // unpacked size.
     let bytes = fs::read(file("packed.parquet")).unwrap();
     let case = plain("packed.parquet");
     let pages: Vec<usize> = (0..bytes.len() - 6)
@@ -213,7 +217,8 @@ fn sizes_that_lie_are_refused_before_memory_is_taken() {
     assert!(pages.len() >= 4, "{pages:?}");
     for page in &pages[..4] {
         let mut bytes = bytes.clone();
-        // 4004 bytes (c8 3e) becomes a number of the same two digits and three more, over what follows.
+        // 4004 bytes (c8 3e) becomes a number of the same two digits and three more, over what
+        // follows.
         bytes[page + 3..page + 8].copy_from_slice(&[0xfe, 0xff, 0xff, 0xff, 0x0f]);
         let sentence = read(&case, &bytes).map(|_| ()).unwrap_err();
         assert!(
@@ -232,7 +237,8 @@ fn sizes_that_lie_are_refused_before_memory_is_taken() {
     assert!(sentence.contains("unpacks to more than"), "{sentence}");
 }
 
-/// A page of values by number whose dictionary is gone: the library panics there, and nothing of that is seen.
+/// A page of values by number whose dictionary is gone: the library panics there, and nothing of
+/// that is seen.
 #[test]
 fn a_page_that_the_library_gives_up_at_is_told_in_a_sentence() {
     let case = plain("record.parquet");
@@ -258,7 +264,8 @@ fn an_mdf_file_of_another_version_is_told_on_one_line() {
     }
 }
 
-/// Whatever is done to a file, it is read in full, refused in one sentence that names it, or read with a note.
+/// Whatever is done to a file, it is read in full, refused in one sentence that names it, or read
+/// with a note.
 #[test]
 fn damaged_files_are_refused_or_repaired_and_never_a_panic() {
     let mut state = 20_260_314_u64;

@@ -1,4 +1,5 @@
-//! Records of more rows than a study holds: stretches of them are read, whatever the format, and give the parameters that are true.
+//! Records of more rows than a study holds: stretches of them are read, whatever the format, and
+//! give the parameters that are true.
 
 use jointwatch::assess::compare;
 use jointwatch::fit::errors::RecordFigures;

@@ -1,4 +1,5 @@
-//! Logs as they are brought: formats, clocks, gaps, cuts and drafts of a study, each read to the values that are true.
+//! Logs as they are brought: formats, clocks, gaps, cuts and drafts of a study, each read to the
+//! values that are true.
 
 mod cut_logs;
 mod driven;

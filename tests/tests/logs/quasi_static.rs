@@ -1,4 +1,5 @@
-//! Logs without time: laws of the path alone come back from them, whatever the rows, and nothing is reported per second.
+//! Logs without time: laws of the path alone come back from them, whatever the rows, and nothing is
+//! reported per second.
 
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
@@ -312,7 +313,8 @@ fn what_needs_time_is_refused_with_what_to_do() {
     refused(column, "", spring, &["no column \"none\""]);
 }
 
-/// A test in which the amplitude grows is not judged where nothing was learnt: the part that is kept aside moves within the others.
+/// A test in which the amplitude grows is not judged where nothing was learnt: the part that is
+/// kept aside moves within the others.
 #[test]
 fn of_one_log_a_part_within_the_others_is_kept_aside() {
     let folder = TempDir::new().unwrap();
@@ -376,7 +378,8 @@ fn of_several_logs_one_within_the_others_is_kept_aside() {
         let file = before.rsplit("file = ").next().unwrap();
         file.split('"').nth(1).unwrap().to_owned()
     };
-    // The last of those that are alike; else the last that goes not beyond the others; shorter ones first.
+    // The last of those that are alike; else the last that goes not beyond the others; shorter ones
+    // first.
     assert_eq!(drafted(&[(1.0, 2000), (1.0, 2000), (1.0, 2000)]), "2.csv");
     assert_eq!(drafted(&[(1.0, 2000), (2.0, 2000), (3.0, 2000)]), "1.csv");
     assert_eq!(
@@ -421,7 +424,8 @@ fn a_stretch_of_a_log_remembers_the_stretch_before_it() {
     assert!(joined < 1e-3 && apart > 0.1, "{joined}, {apart}");
 }
 
-/// A damper that softens, as tables of a paper give it: a row wherever the curve bends, and a mean slope against its own force.
+/// A damper that softens, as tables of a paper give it: a row wherever the curve bends, and a mean
+/// slope against its own force.
 #[test]
 fn wide_loops_of_few_rows_tell_their_sign() {
     const SIZES: [f64; 10] = [2.0, 2.0, 4.0, 8.0, 12.0, 16.0, 20.0, 24.0, 28.0, 32.0];

@@ -1,4 +1,5 @@
-//! The six rig cases and the EMPS measurements, where they are at hand; each says so when it is not.
+//! The six rig cases and the EMPS measurements, where they are at hand; each says so when it is
+//! not.
 //!
 //! They are looked for in `$JOINTWATCH_DATA`, else in `../shared` beside the checkout.
 
@@ -38,7 +39,8 @@ fn six_rig_cases() {
     }
 }
 
-/// Mass, viscous and dry friction and offset of the EMPS slide by least squares, against the published values.
+/// Mass, viscous and dry friction and offset of the EMPS slide by least squares, against the
+/// published values.
 #[test]
 fn emps_gives_its_published_parameters() {
     let Some(folder) = measurements("data/emps") else {

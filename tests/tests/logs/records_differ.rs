@@ -1,4 +1,5 @@
-//! A joint that is another one in every record, as after a bolt was tightened anew: no effect of the library, and told as what it is.
+//! A joint that is another one in every record, as after a bolt was tightened anew: no effect of
+//! the library, and told as what it is.
 
 use jointwatch_tests::program::succeed;
 use serde_json::Value;

@@ -1,4 +1,5 @@
-//! Waves over the displacement of which the travel holds dozens: the ripple of a motor behind a screw, of a gear that turns on and on.
+//! Waves over the displacement of which the travel holds dozens: the ripple of a motor behind a
+//! screw, of a gear that turns on and on.
 
 use jointwatch_tests::program::succeed;
 use serde_json::Value;
@@ -14,7 +15,8 @@ const RIPPLE: f64 = 0.05;
 const FRICTION: f64 = 0.3;
 const DAMPING: f64 = 0.04;
 
-/// A spindle that goes on and on, at a speed that swells and now and then turns round. The ripple is the motor's, or that of its friction.
+/// A spindle that goes on and on, at a speed that swells and now and then turns round. The ripple
+/// is the motor's, or that of its friction.
 fn record(seed: f64, of_friction: bool) -> String {
     let mut text = String::from("t,phi,M\n");
     let (mut x, mut noise) = (0.7 * seed, 1_u64 + (1e3 * seed) as u64);

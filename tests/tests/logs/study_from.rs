@@ -1,4 +1,5 @@
-//! From the device back into a study: what it streamed, and what it keeps around an alarm, give the values that the logs gave.
+//! From the device back into a study: what it streamed, and what it keeps around an alarm, give the
+//! values that the logs gave.
 
 use jointwatch::device::capture::fetch;
 use jointwatch::device::export::read_blob;
@@ -56,7 +57,8 @@ fn study_from(folder: &Path, frames: &[u8]) -> Value {
     )
 }
 
-/// The effects' values and the half widths of their intervals, by name, of the physical model that a study gives with these terms.
+/// The effects' values and the half widths of their intervals, by name, of the physical model that
+/// a study gives with these terms.
 fn values(folder: &Path, study: &str) -> Vec<(String, f64, f64)> {
     let model = folder.join("values.json");
     let identify = ["identify", study, "--model", "physical", "-o"];
@@ -267,8 +269,8 @@ fn stiffer() -> Record {
     subject.shake(Shaking::steady(12.0, STUDY_LEVEL, 77), Some((4.0, stiffer)))
 }
 
-/// A joint changes, the firmware under QEMU raises its alarm and keeps the counts around it; fetched over the line, they say what
-/// has changed.
+/// A joint changes, the firmware under QEMU raises its alarm and keeps the counts around it;
+/// fetched over the line, they say what has changed.
 #[test]
 fn the_capture_of_an_alarm_names_what_changed() {
     let model = read_blob(&story().join("model.bin")).unwrap();
@@ -301,7 +303,8 @@ fn the_capture_of_an_alarm_names_what_changed() {
     let said = study_from(folder.path(), &frames);
     println!("{said}");
     let rows = |at: usize| said["records"][at]["rows"].as_u64().unwrap();
-    // The emulated board has a seventh of the memory; that the board's own holds 4 s, a test of the packing shows.
+    // The emulated board has a seventh of the memory; that the board's own holds 4 s, a test of the
+    // packing shows.
     assert!(rows(0) + rows(1) >= 1000, "{said}");
     assert_eq!(said["records"][1]["in_study"], true, "{said}");
     let model = story().join("model.json");

@@ -1,5 +1,6 @@
-//! Time stamps as loggers write them: uneven, rounded, doubled, out of order, with gaps, and channels at different rates. A rig whose
-//! parameters are known gives them back, and what was done stands in the notes and in the model.
+//! Time stamps as loggers write them: uneven, rounded, doubled, out of order, with gaps, and
+//! channels at different rates. A rig whose parameters are known gives them back, and what was done
+//! stands in the notes and in the model.
 
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
@@ -374,7 +375,8 @@ fn what_cannot_be_put_right_is_refused_with_what_to_try() {
     );
 }
 
-/// A log of a spring of 2e4 N/m and a damper of 40 N·s/m: these rows of a clock with so many steps per second.
+/// A log of a spring of 2e4 N/m and a damper of 40 N·s/m: these rows of a clock with so many steps
+/// per second.
 fn spring_and_damper(rate_hz: f64, rows: impl Iterator<Item = u32>) -> String {
     let mut log = String::from("time_s,displacement_m,force_N\n");
     let mut noise = noise();
@@ -388,7 +390,8 @@ fn spring_and_damper(rate_hz: f64, rows: impl Iterator<Item = u32>) -> String {
     log
 }
 
-/// Drafts a study of logs, which is said to be brought to a rate, and finds spring and damper by it.
+/// Drafts a study of logs, which is said to be brought to a rate, and finds spring and damper by
+/// it.
 fn drafted(logs: &[(&str, String)], rate: &str) {
     let folder = TempDir::new().unwrap();
     let mut command = vec!["init", "--yes"];

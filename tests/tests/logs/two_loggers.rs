@@ -1,4 +1,5 @@
-//! A run that two loggers recorded, each by its own clock: offset and drift come back, and so do the rig's parameters.
+//! A run that two loggers recorded, each by its own clock: offset and drift come back, and so do
+//! the rig's parameters.
 
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
@@ -10,7 +11,8 @@ use std::fs;
 use tempfile::TempDir;
 
 const RATE: f64 = 2000.0;
-/// Rows of the second logger that are left out at its beginning and end, so that the eight rows around each time are there.
+/// Rows of the second logger that are left out at its beginning and end, so that the eight rows
+/// around each time are there.
 const EDGE: usize = 40;
 
 /// A clock: the record's time is 1 + drift times its own, plus the offset.
@@ -48,7 +50,8 @@ fn times(rows: usize) -> Vec<f64> {
     (0..rows).map(|row| row as f64 / RATE).collect()
 }
 
-/// What the first logger has: acceleration, force, and a copy of the far side's position in other units.
+/// What the first logger has: acceleration, force, and a copy of the far side's position in other
+/// units.
 fn first(channels: &Channels, name: &str) -> MemoryLog {
     let copy = channels.displacement_first.iter().map(|x| 0.02 - 1e3 * x);
     MemoryLog {

@@ -1,4 +1,5 @@
-//! Damaged bytes of every kind that is read: refused or read, never a panic. `tests/fuzz/run` looks for worse ones, guided by coverage.
+//! Damaged bytes of every kind that is read: refused or read, never a panic. `tests/fuzz/run` looks
+//! for worse ones, guided by coverage.
 
 use jointwatch_tests::foreign::mutation::Mutation;
 use jointwatch_tests::foreign::{TARGETS, Target};

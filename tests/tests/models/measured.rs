@@ -1,4 +1,5 @@
-//! Logs that this project did not make: six simulated studies of an independent generator, and a real positioning axis.
+//! Logs that this project did not make: six simulated studies of an independent generator, and a
+//! real positioning axis.
 //!
 //! They are not part of the project. Where they are absent, each test says so and what to set.
 
@@ -63,7 +64,8 @@ fn six_foreign_studies_go_through_identify_and_compare() {
     assert_eq!(seen, 6, "studies gone through");
 }
 
-/// The study that `docs/notebook/measured-axis.md` prints, for the public record of an electro-mechanical positioning system.
+/// The study that `docs/notebook/measured-axis.md` prints, for the public record of an
+/// electro-mechanical positioning system.
 const STUDY: &str = include_str!("../../../docs/measured-axis.toml");
 
 /// A folder with that study and its records, where they are at hand.
@@ -154,7 +156,8 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
         println!("{role}: NMSE {nmse:.4} %, replayed {device:?} %");
         assert!(nmse <= most, "{role}: {nmse} %");
         let device = device.expect("the device's NMSE");
-        // The device leaves out the rows outside the training range, so its figure is not above the host's.
+        // The device leaves out the rows outside the training range, so its figure is not above the
+        // host's.
         assert!(
             0.5 * nmse < device && device <= nmse,
             "{device} beside {nmse}"

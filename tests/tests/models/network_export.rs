@@ -1,4 +1,5 @@
-//! A network on its way to the device, as a user takes it there: export, inspect, replay, and what is refused.
+//! A network on its way to the device, as a user takes it there: export, inspect, replay, and what
+//! is refused.
 
 use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::Points;
@@ -9,7 +10,8 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// The study of the story with a network of random weights of up to `size` in place of the polynomial that was learnt.
+/// The study of the story with a network of random weights of up to `size` in place of the
+/// polynomial that was learnt.
 fn study_with_network(neurons: usize, size: f64, seed: u64) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mut model = read(&story().join("model.json"));
@@ -46,7 +48,8 @@ fn export_states_its_error_and_inspect_and_replay_take_the_blob() {
     assert_eq!(exported["bytes"], 4096);
     for (axis, half_range) in exported["axes"].as_array().unwrap().iter().zip([40.0, 2.5]) {
         let [seen, bound] = ["largest_error", "error_bound"].map(|key| axis[key].as_f64().unwrap());
-        // Measured and proven: 5e-8 of the largest force that 40 weights of 2 and a bias could give.
+        // Measured and proven: 5e-8 of the largest force that 40 weights of 2 and a bias could
+        // give.
         let full_scale = 82.0 * half_range + 3.0;
         assert!(
             seen > 0.0 && seen <= bound && bound <= 5e-8 * full_scale,

@@ -1,4 +1,5 @@
-//! `jointwatch paper`: a page whose tables hold together, figures that are whole, and a committed page that is not stale.
+//! `jointwatch paper`: a page whose tables hold together, figures that are whole, and a committed
+//! page that is not stale.
 
 use jointwatch_tests::program::{fail, measurements, succeed, workspace};
 use serde_json::Value;
@@ -178,7 +179,8 @@ fn the_page_without_measured_data_is_whole_and_says_what_it_lacks() {
         assert!((spread(&times[1])[0] / ratio - 1.0).abs() < 0.01);
     }
 
-    // One record with both axes driven suffices on this rig: an error of a model that failed would be tens of percent.
+    // One record with both axes driven suffices on this rig: an error of a model that failed would
+    // be tens of percent.
     let alone = &results["both_only"][0];
     for axis in 0..2 {
         let error = |of: &Value| of["whole"][axis].as_f64().unwrap();
@@ -187,8 +189,8 @@ fn the_page_without_measured_data_is_whole_and_says_what_it_lacks() {
         assert!(network < 1.0 && ridge < 10.0);
     }
 
-    // The committed page is what this program writes: the same sections, and the same errors of the fits that are repeatable
-    // to the printed digit on any machine.
+    // The committed page is what this program writes: the same sections, and the same errors of the
+    // fits that are repeatable to the printed digit on any machine.
     let committed = fs::read_to_string(workspace().join("docs/notebook/paper.md")).unwrap();
     let headings = |page: &str| -> Vec<String> {
         let lines = page.lines().filter(|line| line.starts_with('#'));

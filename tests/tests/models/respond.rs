@@ -1,4 +1,5 @@
-//! The model in a simulation engine: the rig, or one measured body, moving with a law in place of the joint.
+//! The model in a simulation engine: the rig, or one measured body, moving with a law in place of
+//! the joint.
 
 use jointwatch::fit::identify::polynomial;
 use jointwatch::fit::polynomial::{Method, PolynomialOptions};
@@ -110,7 +111,8 @@ impl JointLaw for Mirrored {
     }
 }
 
-/// The joint's own law moves the measured body as it was measured, whichever way the study names its columns.
+/// The joint's own law moves the measured body as it was measured, whichever way the study names
+/// its columns.
 #[test]
 fn the_joints_own_law_moves_the_measured_body() {
     let measured = Options {
@@ -344,7 +346,8 @@ fn a_nearer_horizon_is_easier_to_see() {
     }
 }
 
-/// Writes an axis whose motion is a sum of sines and whose force follows from it: mass, damper and spring.
+/// Writes an axis whose motion is a sum of sines and whose force follows from it: mass, damper and
+/// spring.
 fn spring_study(folder: &Path, stiffness: f64) {
     let lines = [[0.7, 0.010, 0.3], [1.9, 0.006, 1.1], [4.3, 0.003, 2.0]];
     let mut log = String::from("t_s,x_m,force_N\n");

@@ -1,4 +1,5 @@
-//! `identify --criterion simulation`: a model refined until its simulated motion fits the measured one.
+//! `identify --criterion simulation`: a model refined until its simulated motion fits the measured
+//! one.
 
 use jointwatch_tests::program::{fail, succeed};
 use rand::{RngExt, SeedableRng};
@@ -223,7 +224,8 @@ fn what_cannot_be_refined_is_refused_in_one_sentence() {
 /// Gains of a controller of the position, N/m and N·s/m.
 const GAINS: [f64; 2] = [3000.0, 60.0];
 
-/// Time, position and force of a mass on a slide that a controller moves along a reference, row by row.
+/// Time, position and force of a mass on a slide that a controller moves along a reference, row by
+/// row.
 fn controlled(damping: f64) -> Vec<[f64; 3]> {
     let ([m, _, _, friction], [kp, kd]) = (TRUTH, GAINS);
     let reference = force(7);

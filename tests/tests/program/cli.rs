@@ -289,7 +289,8 @@ fn replay_is_repeatable_and_close_to_compare() {
             if b["axes"][axis]["rests"] == true || number(&a["outside_range"]) > 0.0 {
                 continue;
             }
-            // The device sees rounded counts of force and acceleration, the host what the log holds.
+            // The device sees rounded counts of force and acceleration, the host what the log
+            // holds.
             let (seen, wanted) = (
                 number(&a["axes"][axis]["nmse_percent"]),
                 number(&b["axes"][axis]["nmse_percent"]),

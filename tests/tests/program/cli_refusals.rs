@@ -34,7 +34,8 @@ fn damaged_models_and_blobs_are_refused_in_one_sentence() {
     assert!(!folder.path().join("model.bin").exists());
 }
 
-/// A copy of the rig with one cell of a training record multiplied; the study's folder, the record's name, the column's name and the line.
+/// A copy of the rig with one cell of a training record multiplied; the study's folder, the
+/// record's name, the column's name and the line.
 fn with_wrong_cell(folder: &std::path::Path, factor: f64) -> (String, String, usize) {
     let rig = copy_of_rig(folder);
     let record = rig.join("train_x.csv");

@@ -1,4 +1,5 @@
-//! The lab in a real browser: the whole loop by mouse and by keyboard, with nothing in the console and no request to elsewhere.
+//! The lab in a real browser: the whole loop by mouse and by keyboard, with nothing in the console
+//! and no request to elsewhere.
 
 use jointwatch_tests::lab::Lab;
 use jointwatch_tests::program::{measurements, study_with_logs, succeed, workspace};
@@ -124,8 +125,9 @@ fn a_browser_goes_the_loop_on_four_records_of_34_000_rows_and_two_axes() {
     assert!(seen["seconds"]["add"].as_f64().unwrap() > 0.0, "{seen:#}");
 }
 
-/// What the browser saw of a lab, with its pictures in a folder below `target`, beside the `figures.json` of the command line; the
-/// part on a study of its own needs `further`: an empty lab, a log, and what a device said.
+/// What the browser saw of a lab, with its pictures in a folder below `target`, beside the
+/// `figures.json` of the command line; the part on a study of its own needs `further`: an empty
+/// lab, a log, and what a device said.
 fn gone_through(
     (modules, chromium): (&Path, &str),
     shots: &str,

@@ -1,4 +1,5 @@
-//! The lab on a log too long to be held in memory: every peak is drawn, segments are chosen and worked on, and the whole is a click away.
+//! The lab on a log too long to be held in memory: every peak is drawn, segments are chosen and
+//! worked on, and the whole is a click away.
 //!
 //! A low limit in the environment makes a short log a long one.
 

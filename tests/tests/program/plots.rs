@@ -1,5 +1,5 @@
-//! The pictures of `--plots`: sound SVG with titles and units, curves that show something, and the failing region where a
-//! simulated clearance fails.
+//! The pictures of `--plots`: sound SVG with titles and units, curves that show something, and the
+//! failing region where a simulated clearance fails.
 
 use jointwatch_tests::program::{fail, succeed};
 use jointwatch_tests::story::story;
@@ -67,7 +67,8 @@ fn compare_draws_every_axis_that_moves_and_frames_where_the_clearance_fails() {
         .unwrap()
         .map(|f| f.unwrap().file_name().into_string().unwrap())
         .collect();
-    // Three training records (an axis rests in two of them) and the validation record, two pictures each; a map per axis.
+    // Three training records (an axis rests in two of them) and the validation record, two pictures
+    // each; a map per axis.
     assert_eq!(files.len(), 2 * (1 + 1 + 2 + 2) + 2, "{files:?}");
     for file in &files {
         assert!(
@@ -107,7 +108,8 @@ fn compare_draws_every_axis_that_moves_and_frames_where_the_clearance_fails() {
             phase.words
         );
     }
-    // The free play is 1.5 mm either side: a polynomial cannot follow the corners, and both are framed.
+    // The free play is 1.5 mm either side: a polynomial cannot follow the corners, and both are
+    // framed.
     let map = seen(&into.join("where-x.svg"));
     assert_eq!(map.frames, 2, "{:?}", map.words);
     for words in ["displacement of x (mm)", "RMS residual of x (N)", "A: "] {

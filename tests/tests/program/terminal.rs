@@ -1,4 +1,5 @@
-//! What shells and editors get: completions, man pages, examples in every help, and a schema of study.toml that names its keys.
+//! What shells and editors get: completions, man pages, examples in every help, and a schema of
+//! study.toml that names its keys.
 
 use jointwatch::study::Study;
 use jointwatch_tests::program::{jointwatch, succeed, workspace};

@@ -1,4 +1,5 @@
-//! The book in docs/, README and CHANGELOG: links that resolve, sentences that end, a length that somebody reads, the field's words.
+//! The book in docs/, README and CHANGELOG: links that resolve, sentences that end, a length that
+//! somebody reads, the field's words.
 
 use jointwatch_tests::program::workspace;
 use std::collections::BTreeSet;
@@ -156,7 +157,8 @@ fn links(text: &str) -> Vec<String> {
     targets.filter(|t| !t.contains("://")).collect()
 }
 
-/// What a heading is called in a link: lower case, blanks as hyphens, nothing but letters, digits, hyphens and underscores.
+/// What a heading is called in a link: lower case, blanks as hyphens, nothing but letters, digits,
+/// hyphens and underscores.
 fn anchor(heading: &str) -> String {
     let text = heading.trim_start_matches('#').trim().to_lowercase();
     let kept = text.chars().filter_map(|c| match c {

@@ -1,6 +1,8 @@
-//! The figures of measured joints that the book and README state are those that the program gives, to a percent.
+//! The figures of measured joints that the book and README state are those that the program gives,
+//! to a percent.
 //!
-//! The logs are public and not part of the project. Where they are absent, each test says so and what to set.
+//! The logs are public and not part of the project. Where they are absent, each test says so and
+//! what to set.
 
 use jointwatch_tests::program::{measurements, study_with_logs, succeed, workspace};
 use serde_json::Value;
@@ -29,7 +31,8 @@ fn row(page: &str, start: &str) -> Vec<f64> {
     numbers(found.unwrap_or_else(|| panic!("no row begins with {start:?}")))
 }
 
-/// Whether a page states what the program gave: to one percent, or half a unit of the last digit printed.
+/// Whether a page states what the program gave: to one percent, or half a unit of the last digit
+/// printed.
 fn is_right(stated: f64, seen: f64) -> bool {
     (stated - seen).abs() <= (0.01 * seen.abs()).max(0.0006)
 }

@@ -3,14 +3,15 @@
 use jointwatch_tests::imports::Imports;
 use std::path::{Path, PathBuf};
 
-/// The folders of `host/src` from the bottom up: a file imports from its own folder and from those before it.
+/// The folders of `host/src` from the bottom up: a file imports from its own folder and from those
+/// before it.
 const LAYERS: [&str; 14] = [
     "text", "study", "signal", "model", "fit", "assess", "diagnose", "simulate", "device",
     "emulate", "report", "paper", "lab", "cli",
 ];
 
-/// Circles that are still there. The list only gets shorter: a circle that is not in it fails the test, and so does one that is
-/// listed and gone.
+/// Circles that are still there. The list only gets shorter: a circle that is not in it fails the
+/// test, and so does one that is listed and gone.
 const STILL_THERE: &[(&str, &[&str])] = &[];
 
 fn source(package: &str) -> PathBuf {

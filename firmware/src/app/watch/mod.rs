@@ -19,9 +19,11 @@ use jointwatch_shared::wire::telemetry::{
     Alarm, Answered, CapturePiece, Counters, Event, KeptAlarm, STATUS_HZ, Slot,
 };
 
-/// Samples in a row without a usable code after which a chip is told to be missing: longer than it takes to start.
+/// Samples in a row without a usable code after which a chip is told to be missing: longer than it
+/// takes to start.
 const MISSING_AFTER: u8 = 64;
-/// Fitted chips that may be unusable in a sample that counts for a trial: a chip that died is not the new model's fault.
+/// Fitted chips that may be unusable in a sample that counts for a trial: a chip that died is not
+/// the new model's fault.
 const DEAD_IN_TRIAL: u8 = 1;
 /// Seconds of an hour, which erasures are counted by.
 const HOUR_S: u32 = 3600;
@@ -64,13 +66,15 @@ pub struct Watch {
     samples: u64,
     status_every: u32,
     status_left: u32,
-    /// A status was told, and how the axes stand is still to be; then what outlasts a loss of power, and the alarm that stands.
+    /// A status was told, and how the axes stand is still to be; then what outlasts a loss of
+    /// power, and the alarm that stands.
     health_due: bool,
     upkeep_due: bool,
     alarm_due: bool,
     /// The first alarm since the last one was acknowledged.
     alarm: Option<Alarm>,
-    /// It is to be written into flash; and it could not be, so that it is tried again after an hour.
+    /// It is to be written into flash; and it could not be, so that it is tried again after an
+    /// hour.
     keep_due: bool,
     not_kept: bool,
     /// The alarm of an earlier run.
@@ -137,7 +141,8 @@ impl Watch {
         self.monitor = monitor;
     }
 
-    /// Sets what follows from the sample rate and the wiring, and takes over what the start has to tell.
+    /// Sets what follows from the sample rate and the wiring, and takes over what the start has to
+    /// tell.
     pub(super) fn start(
         &mut self,
         rate: Rate,
@@ -178,7 +183,8 @@ impl Watch {
         (self.trial, self.on_trial) = (trial, Some(of));
     }
 
-    /// The model on trial cannot run: the one before it takes its place with the next restart, which is soon.
+    /// The model on trial cannot run: the one before it takes its place with the next restart,
+    /// which is soon.
     pub(super) fn give_up(&mut self) {
         self.trial = Trial::none();
         if self.on_trial.is_some_and(|of| of.fallback) {
@@ -271,8 +277,8 @@ impl Watch {
         self.recorder.verdict(&before, &said);
     }
 
-    /// Counts what went wrong with each chip, and tells when one falls silent or comes back. Gives how many fitted chips have no
-    /// usable code.
+    /// Counts what went wrong with each chip, and tells when one falls silent or comes back. Gives
+    /// how many fitted chips have no usable code.
     fn chips_did(&mut self, health: &[ChipState; CHIPS]) -> u8 {
         let mut unusable = 0;
         for (chip, health) in health.iter().enumerate() {
@@ -352,7 +358,8 @@ impl Watch {
         })
     }
 
-    /// It could not be written, which may have cost a place of the journal: it is tried again after an hour.
+    /// It could not be written, which may have cost a place of the journal: it is tried again after
+    /// an hour.
     pub fn not_kept(&mut self) {
         self.not_kept = true;
     }
@@ -375,7 +382,8 @@ impl Watch {
         over
     }
 
-    /// A new model is in place: the device is to restart in a second, when the host has had its answer.
+    /// A new model is in place: the device is to restart in a second, when the host has had its
+    /// answer.
     pub fn restart_soon(&mut self) {
         self.restart_in = Some(self.rate_hz);
     }

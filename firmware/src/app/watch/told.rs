@@ -1,4 +1,5 @@
-//! What the watch tells: samples, how device and joint stand, events, and the answers to what is asked of it.
+//! What the watch tells: samples, how device and joint stand, events, and the answers to what is
+//! asked of it.
 
 use super::{Tally, Watch};
 use crate::app::evaluation::Evaluated;
@@ -56,7 +57,8 @@ impl Watch {
             self.stream_left -= 1;
             return None;
         }
-        // One of every few samples begins with one that has a residual in the band, or might never meet another.
+        // One of every few samples begins with one that has a residual in the band, or might never
+        // meet another.
         let output = evaluated.output.as_ref();
         let without_band = output.is_some_and(|output| output.residual_band.is_none());
         if self.stream_left == 0 && self.stream_every > 1 && without_band {
@@ -71,8 +73,8 @@ impl Watch {
         })
     }
 
-    /// The next thing that is to be told, besides streamed samples: events first, then a status report when it is time for
-    /// one, then pieces of a snapshot.
+    /// The next thing that is to be told, besides streamed samples: events first, then a status
+    /// report when it is time for one, then pieces of a snapshot.
     pub fn to_tell(&mut self) -> Option<Report> {
         if let Some(event) = self.events.pop_front() {
             return Some(Report::Event(event));
@@ -166,8 +168,8 @@ impl Watch {
         status
     }
 
-    /// Does what a request asks of the monitor; `None` for one that is not for it. `line_baud` is what the line carries, in bits
-    /// per second; `None` for one that always keeps up.
+    /// Does what a request asks of the monitor; `None` for one that is not for it. `line_baud` is
+    /// what the line carries, in bits per second; `None` for one that always keeps up.
     pub fn ask(&mut self, request: &Request, line_baud: Option<u32>) -> Option<Answered> {
         match request {
             Request::Ping => Some(Answered::Done),

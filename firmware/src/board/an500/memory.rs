@@ -1,11 +1,13 @@
-//! The model slots: static RAM that behaves as flash does, where programming only clears bits and erasing sets them.
+//! The model slots: static RAM that behaves as flash does, where programming only clears bits and
+//! erasing sets them.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
 
 unsafe extern "C" {
-    // An address from the board's memory map, where slot A begins and slot B follows; there is nothing of Rust's behind it.
+    // An address from the board's memory map, where slot A begins and slot B follows; there is
+    // nothing of Rust's behind it.
     static mut _slot_a: u8;
 }
 
@@ -58,7 +60,8 @@ impl ReadNorFlash for SlotMemory {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), OutOfBounds> {
         let places = self.places(offset, bytes.len())?;
         for (byte, place) in bytes.iter_mut().zip(places) {
-            // SAFETY: within the slots, which are memory of the board's map that only this driver touches while the program runs.
+            // SAFETY: within the slots, which are memory of the board's map that only this driver
+            // touches while the program runs.
             *byte = unsafe { place.read_volatile() };
         }
         Ok(())

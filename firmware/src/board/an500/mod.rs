@@ -1,7 +1,9 @@
-//! Arm's MPS2+ board with the FPGA image AN500: a Cortex-M7 with Arm's own peripherals, another family than the STM32F405.
+//! Arm's MPS2+ board with the FPGA image AN500: a Cortex-M7 with Arm's own peripherals, another
+//! family than the STM32F405.
 //!
-//! It exists here under QEMU only (`mps2-an500`), where it shows what belongs to a board and what does not: nothing outside this folder
-//! but the memory map `an500.x` and the image `bin/jointwatch-an500.rs` knows of it. Addresses are those of Arm's Application Note 500;
+//! It exists here under QEMU only (`mps2-an500`), where it shows what belongs to a board and what
+//! does not: nothing outside this folder but the memory map `an500.x` and the image
+//! `bin/jointwatch-an500.rs` knows of it. Addresses are those of Arm's Application Note 500;
 //! timer and serial line are those of the Cortex-M System Design Kit (CMSDK).
 
 pub mod chips;
@@ -34,7 +36,8 @@ struct Register(usize);
 
 impl Register {
     fn read(self) -> u32 {
-        // SAFETY: the constants of this folder are addresses of registers, whose reading changes nothing in memory.
+        // SAFETY: the constants of this folder are addresses of registers, whose reading changes
+        // nothing in memory.
         unsafe { (self.0 as *const u32).read_volatile() }
     }
 

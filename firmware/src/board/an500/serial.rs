@@ -55,7 +55,8 @@ impl SerialPort for Serial {
     }
 }
 
-/// What the interrupt of a received byte does. What finds no room is missed by its frame's checksum.
+/// What the interrupt of a received byte does. What finds no room is missed by its frame's
+/// checksum.
 pub fn interrupt() {
     // First: a byte that comes later than the last look below then interrupts again.
     CLEAR.write(RECEIVED);

@@ -32,7 +32,8 @@ impl Instants {
         missed
     }
 
-    /// When the next one is due, for a timer that does not start anew by itself; `now` before the first.
+    /// When the next one is due, for a timer that does not start anew by itself; `now` before the
+    /// first.
     #[cfg(feature = "rp2350")]
     pub(in crate::board) fn due(&self, now: u32) -> u32 {
         self.due.unwrap_or(now)

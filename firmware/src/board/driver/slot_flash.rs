@@ -51,8 +51,8 @@ fn unless_within(offset: u32, length: usize) -> Result<(), FlashFault> {
 pub(in crate::board) fn read(offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
     unless_within(offset, bytes.len())?;
     for (place, at) in bytes.iter_mut().zip(address(offset)..) {
-        // SAFETY: within the slots, which are always readable. Volatile, because the flash changes behind the
-        // compiler's back.
+        // SAFETY: within the slots, which are always readable. Volatile, because the flash changes
+        // behind the compiler's back.
         *place = unsafe { (at as *const u8).read_volatile() };
     }
     Ok(())

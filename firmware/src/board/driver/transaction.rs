@@ -1,8 +1,10 @@
-//! Transactions on an SPI bus that exchanges a byte at a time: one chip at a time, or all four counters at once to latch them.
+//! Transactions on an SPI bus that exchanges a byte at a time: one chip at a time, or all four
+//! counters at once to latch them.
 
 use embedded_hal::spi::Operation;
 
-/// Cycles between a chip select's edge and the next edge of anything: 0.2 µs at 168 MHz, above what each chip asks for.
+/// Cycles between a chip select's edge and the next edge of anything: 0.2 µs at 168 MHz, above what
+/// each chip asks for.
 const SETTLE: u32 = 36;
 
 /// One chip, or several behind one select, and the bus.

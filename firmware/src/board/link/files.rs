@@ -18,8 +18,8 @@ const HEAD: usize = 3;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Files;
 
-/// Opens the files that the command line names. To be called once, before anything else of the link; ends the program with
-/// exit code 1 when that is not possible.
+/// Opens the files that the command line names. To be called once, before anything else of the
+/// link; ends the program with exit code 1 when that is not possible.
 pub fn open() {
     let mut room = [0; MAX_COMMAND_LINE];
     let words = command_line(&mut room).split_ascii_whitespace().skip(1);
@@ -79,7 +79,8 @@ impl Files {
         // SAFETY: the block names memory of this function, which is only read.
         let left = unsafe { syscall1(nr::WRITE, &raw const block as usize) };
         if left != 0 || bytes.len() > MOST {
-            // Nobody reads any more, or a frame is longer than any: nothing that runs on can be believed.
+            // Nobody reads any more, or a frame is longer than any: nothing that runs on can be
+            // believed.
             exit(false)
         }
     }

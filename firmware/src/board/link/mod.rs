@@ -1,7 +1,8 @@
 //! Sensor chips, serial line and sampling clock behind two files of the host, for tests under QEMU.
 //!
-//! `docs/notebook/emulation.md`, “The link”, has the protocol. It takes the place of `stm32f405/{spi,serial,ticker,flash}.rs` in the image that
-//! tests run; everything else of that image is what is flashed.
+//! `docs/notebook/emulation.md`, “The link”, has the protocol. It takes the place of
+//! `stm32f405/{spi,serial,ticker,flash}.rs` in the image that tests run; everything else of that
+//! image is what is flashed.
 
 mod chips;
 mod files;
@@ -37,7 +38,8 @@ const RECEIVE_EVERY: u32 = 8;
 /// Received bytes that are asked for at once.
 const ROOM: usize = 256;
 
-/// The steps of a sample whose instructions are counted, in this order: sample, evaluate, monitor, serve.
+/// The steps of a sample whose instructions are counted, in this order: sample, evaluate, monitor,
+/// serve.
 pub const STAGE_COUNT: usize = 4;
 static COUNTS: [AtomicU32; STAGE_COUNT] = [const { AtomicU32::new(0) }; STAGE_COUNT];
 static MISSED: AtomicU32 = AtomicU32::new(0);
@@ -99,8 +101,9 @@ pub fn counts_around_alarm() -> &'static mut [Chunk] {
     unsafe { hand_out(&raw mut ROOM, &TAKEN) }
 }
 
-/// Runs the device as the host wants it: `sample` and `receive` set the interrupts off that the board's hardware would, which
-/// come to their end before they return. Ends the program with the record.
+/// Runs the device as the host wants it: `sample` and `receive` set the interrupts off that the
+/// board's hardware would, which come to their end before they return. Ends the program with the
+/// record.
 pub fn run(sample: fn(), receive: fn()) -> ! {
     let files = Files;
     files.request(STARTED, &stm32f405::count().to_le_bytes());

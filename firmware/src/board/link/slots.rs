@@ -1,7 +1,9 @@
-//! The model slots of the emulated board: QEMU's flash is read-only memory, so the slots are copied into RAM at the first start.
+//! The model slots of the emulated board: QEMU's flash is read-only memory, so the slots are copied
+//! into RAM at the first start.
 //!
-//! The copy has sectors of 16 KiB, which hold all of a slot that means anything, and behaves as flash does: programming only
-//! clears bits, erasing sets them. A restart leaves it as it is, so that an upload that a restart breaks off is found as it was.
+//! The copy has sectors of 16 KiB, which hold all of a slot that means anything, and behaves as
+//! flash does: programming only clears bits, erasing sets them. A restart leaves it as it is, so
+//! that an upload that a restart breaks off is found as it was.
 
 use core::cell::UnsafeCell;
 use embedded_storage::nor_flash::{
@@ -19,7 +21,8 @@ unsafe extern "C" {
 const SECTOR: usize = 16 * 1024;
 /// Bytes of RAM that only this emulation takes.
 pub(super) const EMULATED: usize = size_of::<Copied>() + size_of::<[Chunk; CHUNKS]>();
-/// Chunks of counts around an alarm: QEMU's board has no core-coupled memory, and so many fit into what is left of the other.
+/// Chunks of counts around an alarm: QEMU's board has no core-coupled memory, and so many fit into
+/// what is left of the other.
 pub(super) const CHUNKS: usize = 9;
 
 /// The copy, and a word that says that it was made.

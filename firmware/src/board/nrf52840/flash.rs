@@ -1,6 +1,7 @@
 //! The two model slots in the chip's own flash, each 32 pages that are erased one after the other.
 //!
-//! The processor fetches its program from the same flash: a page stops it for about 85 ms, a word for about 41 µs (“NVMC”).
+//! The processor fetches its program from the same flash: a page stops it for about 85 ms, a word
+//! for about 41 µs (“NVMC”).
 
 use crate::app::Supplied;
 use crate::board::driver::slot_flash::{self, FlashFault, SECTOR};
@@ -23,7 +24,8 @@ pub fn slots() -> SlotFlash {
 }
 
 fn registers() -> &'static nrf52840_pac::nvmc::RegisterBlock {
-    // SAFETY: the registers exist for as long as the program, and are used here only, by the one driver.
+    // SAFETY: the registers exist for as long as the program, and are used here only, by the one
+    // driver.
     unsafe { &*NVMC::PTR }
 }
 

@@ -1,6 +1,8 @@
-//! The nRF52840 with the pins of Nordic's development kit: a Cortex-M4F. Compiled for, and never run.
+//! The nRF52840 with the pins of Nordic's development kit: a Cortex-M4F. Compiled for, and never
+//! run.
 //!
-//! Chapters are those of the nRF52840 Product Specification. The kit's serial line goes to its debugger.
+//! Chapters are those of the nRF52840 Product Specification. The kit's serial line goes to its
+//! debugger.
 
 mod flash;
 mod serial;
@@ -22,12 +24,14 @@ pub const NAME: &str = "nrf52840";
 /// The processor's clock, in Hz; from which oscillator it comes makes no difference to it.
 const PROCESSOR_HZ: u32 = 64_000_000;
 
-/// How often a flag is looked at before it is given up: the crystal needs under 1 ms (“CLOCK”), a look at least 60 ns.
+/// How often a flag is looked at before it is given up: the crystal needs under 1 ms (“CLOCK”), a
+/// look at least 60 ns.
 const LOOKS: u32 = 200_000;
 
 /// Starts the crystal. To be called once; no timer counts instructions.
 pub fn start() -> (Clock, Option<Counter>) {
-    // SAFETY: the start calls this once, before interrupts are on; nothing else uses this peripheral.
+    // SAFETY: the start calls this once, before interrupts are on; nothing else uses this
+    // peripheral.
     let clock = unsafe { &*CLOCK::PTR };
     clock.events_hfclkstarted.reset();
     // SAFETY: a task is triggered by writing a one.

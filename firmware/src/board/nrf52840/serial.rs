@@ -1,4 +1,5 @@
-//! UART0 at one million bits per second: telemetry out on P0.06, requests in on P0.08, byte by byte.
+//! UART0 at one million bits per second: telemetry out on P0.06, requests in on P0.08, byte by
+//! byte.
 
 use crate::app::SerialPort;
 use jointwatch_shared::wire::telemetry::BAUD;
@@ -20,7 +21,8 @@ const LOOKS: u32 = 10_000;
 pub struct Serial(());
 
 fn uart() -> &'static nrf52840_pac::uart0::RegisterBlock {
-    // SAFETY: the registers exist for as long as the program. The transmitter belongs to one task, the receiver to one interrupt.
+    // SAFETY: the registers exist for as long as the program. The transmitter belongs to one task,
+    // the receiver to one interrupt.
     unsafe { &*UART0::PTR }
 }
 
@@ -28,7 +30,8 @@ fn uart() -> &'static nrf52840_pac::uart0::RegisterBlock {
 pub fn start() -> Serial {
     // SAFETY: the start calls this once, before interrupts are on.
     let pins = unsafe { &*P0::PTR };
-    // SAFETY: whole registers of pins that only this program uses; a pin is selected by its number, a task triggered by a one (“UART”).
+    // SAFETY: whole registers of pins that only this program uses; a pin is selected by its number,
+    // a task triggered by a one (“UART”).
     unsafe {
         pins.outset.write(|w| w.bits(1 << TRANSMIT));
         pins.pin_cnf[TRANSMIT].write(|w| w.bits(OUTPUT));

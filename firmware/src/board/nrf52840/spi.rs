@@ -1,7 +1,7 @@
 //! SPI0 and the chip selects, on the pins of the kit's header.
 //!
-//! P1.15, P1.14 and P1.13 are SCK, MISO and MOSI; P1.01 to P1.04 select the counters, P1.05 the converter, P1.06 and P1.07 the
-//! accelerometers.
+//! P1.15, P1.14 and P1.13 are SCK, MISO and MOSI; P1.01 to P1.04 select the counters, P1.05 the
+//! converter, P1.06 and P1.07 the accelerometers.
 
 use crate::board::chips::Chips;
 use crate::board::driver::transaction::{Bytewise, transaction};
@@ -65,7 +65,8 @@ pub fn devices() -> SpiChips {
         bus.psel.mosi.write(|w| w.bits(selected(OUTPUT)));
         bus.psel.miso.write(|w| w.bits(selected(INPUT)));
     }
-    // Counters take 4 MHz at 3.3 V, the converter 25 MHz, accelerometers 10 MHz (data sheets, timing tables).
+    // Counters take 4 MHz at 3.3 V, the converter 25 MHz, accelerometers 10 MHz (data sheets,
+    // timing tables).
     let device = |speed, trailing| {
         move |select| SpiChip {
             select,

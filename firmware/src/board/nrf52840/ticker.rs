@@ -1,4 +1,5 @@
-//! TIMER1 tells when to sample; TIMER2, which runs on, tells how many instants went by without a sample.
+//! TIMER1 tells when to sample; TIMER2, which runs on, tells how many instants went by without a
+//! sample.
 
 use crate::board::driver::instants::Instants;
 use crate::clock::{Clock, Rate};

@@ -1,6 +1,7 @@
 //! The RP2350 with a Pico 2's crystal, by one of its Cortex-M33. Compiled for, and never run.
 //!
-//! Sections are those of the RP2350 datasheet. The slots lie in the flash beside the chip; nothing here writes to it.
+//! Sections are those of the RP2350 datasheet. The slots lie in the flash beside the chip; nothing
+//! here writes to it.
 
 mod pins;
 mod serial;
@@ -25,7 +26,8 @@ const PROCESSOR_HZ: u32 = 150_000_000;
 /// The oscillator inside the chip, in Hz, which varies from chip to chip (section 8.3).
 const INTERNAL_HZ: u32 = 11_000_000;
 
-/// What the crystal's frequency is multiplied by, and what the product is divided by, in two steps (section 8.6).
+/// What the crystal's frequency is multiplied by, and what the product is divided by, in two steps
+/// (section 8.6).
 const FEEDBACK: u32 = 125;
 const DIVIDERS: [u32; 2] = [5, 2];
 
@@ -41,17 +43,20 @@ const _: () = {
 /// XOSC_STARTUP in 256 cycles: 1 ms (section 8.2.4).
 const CRYSTAL_DELAY: u32 = (CRYSTAL_HZ / 1000).div_ceil(256);
 
-/// How often a flag is looked at before it is given up: 5 ms at least, where a look takes 4 cycles of 150 MHz.
+/// How often a flag is looked at before it is given up: 5 ms at least, where a look takes 4 cycles
+/// of 150 MHz.
 const LOOKS: u32 = 200_000;
 
-/// Tells the boot ROM that this is a program for an Arm core (section 5.9.5.1, “Minimum Arm IMAGE_DEF”).
+/// Tells the boot ROM that this is a program for an Arm core (section 5.9.5.1, “Minimum Arm
+/// IMAGE_DEF”).
 #[unsafe(link_section = ".start_block")]
 #[used]
 static START_BLOCK: [u32; 5] = [0xFFFF_DED3, 0x1021_0142, 0x0000_01FF, 0, 0xAB12_3579];
 
 /// Sets the clock. To be called once; no timer counts instructions.
 pub fn start() -> (Clock, Option<Counter>) {
-    // SAFETY: the start calls this once, before interrupts are on; nothing else uses these peripherals but `enabled`.
+    // SAFETY: the start calls this once, before interrupts are on; nothing else uses these
+    // peripherals but `enabled`.
     let (clocks, resets) = unsafe { (&*CLOCKS::PTR, &*RESETS::PTR) };
     let clock = match crystal_and_pll(clocks) {
         Some(()) => Clock::crystal(PROCESSOR_HZ),

@@ -7,8 +7,8 @@ pub(super) const SPI: u8 = 1;
 pub(super) const UART: u8 = 2;
 pub(super) const SOFTWARE: u8 = 5;
 
-/// PADS_BANK0 (section 9.11.3): 4 mA and an input with a Schmitt trigger; the same pulled up. The other pull would not hold an open
-/// line low (erratum RP2350-E9).
+/// PADS_BANK0 (section 9.11.3): 4 mA and an input with a Schmitt trigger; the same pulled up. The
+/// other pull would not hold an open line low (erratum RP2350-E9).
 pub(super) const PLAIN: u32 = 1 << 6 | 1 << 4 | 1 << 1;
 pub(super) const PULLED_UP: u32 = PLAIN | 1 << 3;
 

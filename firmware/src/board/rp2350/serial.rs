@@ -25,18 +25,20 @@ const RECEIVED: u32 = 1 << 6 | 1 << 4;
 pub struct Serial(());
 
 fn uart() -> &'static rp235x_pac::uart0::RegisterBlock {
-    // SAFETY: the registers exist for as long as the program. The transmitter belongs to one task, the receiver to one interrupt.
+    // SAFETY: the registers exist for as long as the program. The transmitter belongs to one task,
+    // the receiver to one interrupt.
     unsafe { &*UART0::PTR }
 }
 
-/// Sets pins and speed up. To be called once; interrupt `UART0_IRQ` says that bytes have come. Without the crystal the clock is too slow
-/// for this line.
+/// Sets pins and speed up. To be called once; interrupt `UART0_IRQ` says that bytes have come.
+/// Without the crystal the clock is too slow for this line.
 pub fn start(clock: Clock) -> Serial {
     assign(TRANSMIT, UART, PLAIN);
     assign(RECEIVE, UART, PULLED_UP);
     // Sixteenths of the clock per bit, in 1/64.
     let divider = 4 * clock.hz / BAUD;
-    // SAFETY: whole registers; the divider is taken over when the format is written (section 12.1.7.1).
+    // SAFETY: whole registers; the divider is taken over when the format is written (section
+    // 12.1.7.1).
     unsafe {
         uart().uartibrd().write(|w| w.bits(divider / 64));
         uart().uartfbrd().write(|w| w.bits(divider % 64));

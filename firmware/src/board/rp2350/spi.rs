@@ -1,6 +1,7 @@
 //! SPI0 and the chip selects, on a Pico 2's usual pins.
 //!
-//! GPIO 16, 18 and 19 are MISO, SCK and MOSI; GPIO 2 to 5 select the counters, 6 the converter, 7 and 8 the accelerometers.
+//! GPIO 16, 18 and 19 are MISO, SCK and MOSI; GPIO 2 to 5 select the counters, 6 the converter, 7
+//! and 8 the accelerometers.
 
 use super::PROCESSOR_HZ;
 use super::pins::{PLAIN, PULLED_UP, SOFTWARE, SPI, assign};

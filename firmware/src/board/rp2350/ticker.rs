@@ -12,7 +12,8 @@ const ALARM: u32 = 1;
 pub struct Ticker(Instants);
 
 fn timer() -> &'static rp235x_pac::timer0::RegisterBlock {
-    // SAFETY: the registers exist for as long as the program; once they run, they belong to the sampling task.
+    // SAFETY: the registers exist for as long as the program; once they run, they belong to the
+    // sampling task.
     unsafe { &*TIMER0::PTR }
 }
 
@@ -20,7 +21,8 @@ fn now() -> u32 {
     timer().timerawl().read().bits()
 }
 
-/// Sets the alarm, or off the interrupt where its time has just gone by: an alarm is for one count alone.
+/// Sets the alarm, or off the interrupt where its time has just gone by: an alarm is for one count
+/// alone.
 fn set_alarm(due: u32) {
     // SAFETY: any count may be compared with, and the interrupt's bit is that of the alarm.
     unsafe {

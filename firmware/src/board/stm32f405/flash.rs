@@ -1,7 +1,7 @@
 //! The two model slots in the chip's own flash, sectors 10 and 11, erased and programmed in place.
 //!
-//! The processor fetches its program from the same flash: an erasure stops it for about a second (2 s at most, DS8626, “Flash
-//! memory programming”), a word for about 16 µs.
+//! The processor fetches its program from the same flash: an erasure stops it for about a second (2
+//! s at most, DS8626, “Flash memory programming”), a word for about 16 µs.
 
 use super::chip::FLASH;
 use super::supply;
@@ -34,14 +34,16 @@ const LOOKS: u32 = 100_000_000;
 #[derive(Debug)]
 pub struct SlotFlash(());
 
-/// The flash of the slots, with the watch over the supply that it is written with. To be called once.
+/// The flash of the slots, with the watch over the supply that it is written with. To be called
+/// once.
 pub fn slots() -> SlotFlash {
     supply::watch();
     SlotFlash(())
 }
 
 fn registers() -> &'static super::chip::flash::RegisterBlock {
-    // SAFETY: the registers exist for as long as the program; control and status are used here only, by the one driver.
+    // SAFETY: the registers exist for as long as the program; control and status are used here
+    // only, by the one driver.
     unsafe { &*FLASH::PTR }
 }
 
@@ -58,7 +60,8 @@ fn finish() -> Result<(), FlashFault> {
     }
 }
 
-/// Does something with the flash unlocked; what the data cache holds of it is thrown away afterwards.
+/// Does something with the flash unlocked; what the data cache holds of it is thrown away
+/// afterwards.
 fn unlocked(what: impl FnOnce() -> Result<(), FlashFault>) -> Result<(), FlashFault> {
     if supply::is_low() {
         return Err(FlashFault::SupplyLow);

@@ -1,9 +1,11 @@
-//! The STM32F405 board: clock set-up that cannot hang, the counter of the self-test, and the model slots.
+//! The STM32F405 board: clock set-up that cannot hang, the counter of the self-test, and the model
+//! slots.
 //!
-//! The STM32F407 has the same registers, memory and pins (RM0090 is of both) and Ethernet besides. It was compiled for, and never run.
+//! The STM32F407 has the same registers, memory and pins (RM0090 is of both) and Ethernet besides.
+//! It was compiled for, and never run.
 //!
-//! QEMU's `netduinoplus2` has the same processor and memory but neither a crystal nor a PLL; the same program runs on
-//! it because every wait below ends.
+//! QEMU's `netduinoplus2` has the same processor and memory but neither a crystal nor a PLL; the
+//! same program runs on it because every wait below ends.
 
 #[cfg(not(feature = "semihosting-link"))]
 mod flash;
@@ -19,7 +21,8 @@ pub mod watchdog;
 #[cfg(not(feature = "semihosting-link"))]
 pub mod wired;
 
-/// Chips, serial line, sampling clock and slots: those of the board, or the host's behind the link.
+/// Chips, serial line, sampling clock and slots: those of the board, or the host's behind the
+/// link.
 #[cfg(feature = "semihosting-link")]
 pub use super::link as parts;
 #[cfg(not(feature = "semihosting-link"))]
@@ -43,17 +46,20 @@ pub use stm32f4::stm32f405 as chip;
 #[cfg(feature = "stm32f407")]
 pub use stm32f4::stm32f407 as chip;
 
-/// The crystal soldered to the board, in Hz. Boards carry 8 or 12 MHz; the dividers below follow from it.
+/// The crystal soldered to the board, in Hz. Boards carry 8 or 12 MHz; the dividers below follow
+/// from it.
 pub const CRYSTAL_HZ: u32 = 8_000_000;
 
-/// The processor's clock when crystal and PLL work, in Hz: the most the chip allows (datasheet DS8626,
-/// “General operating conditions”).
+/// The processor's clock when crystal and PLL work, in Hz: the most the chip allows (datasheet
+/// DS8626, “General operating conditions”).
 pub const PROCESSOR_HZ: u32 = 168_000_000;
 
-/// The oscillator inside the chip, in Hz, good to 1 % at 25 °C (DS8626, “HSI oscillator characteristics”).
+/// The oscillator inside the chip, in Hz, good to 1 % at 25 °C (DS8626, “HSI oscillator
+/// characteristics”).
 const INTERNAL_HZ: u32 = 16_000_000;
 
-/// What goes into the PLL, in Hz: 2 MHz, which RM0090 (RCC_PLLCFGR, PLLM) recommends against jitter.
+/// What goes into the PLL, in Hz: 2 MHz, which RM0090 (RCC_PLLCFGR, PLLM) recommends against
+/// jitter.
 const PLL_INPUT_HZ: u32 = 2_000_000;
 const PLL_M: u32 = CRYSTAL_HZ / PLL_INPUT_HZ;
 const PLL_P: u32 = 2;
@@ -73,8 +79,9 @@ const _: () = {
 
 /// How often a flag is looked at before it is given up.
 ///
-/// A look takes at least 4 cycles of the 16 MHz oscillator, so this is at least 50 ms. The crystal needs about
-/// 2 ms and the PLL at most 0.3 ms (DS8626, “HSE oscillator characteristics”, “Main PLL characteristics”).
+/// A look takes at least 4 cycles of the 16 MHz oscillator, so this is at least 50 ms. The crystal
+/// needs about 2 ms and the PLL at most 0.3 ms (DS8626, “HSE oscillator characteristics”, “Main PLL
+/// characteristics”).
 const LOOKS: u32 = 200_000;
 
 /// The bytes of model slots A and B, each a flash sector of its own.
@@ -84,8 +91,9 @@ pub fn slots() -> [&'static [u8]; 2] {
 
 /// Sets the clock, and starts the counter of the self-test. To be called once.
 ///
-/// The counter is TIM5. Under QEMU with `-icount shift=0 -global stm32f2xx-timer.clock-frequency=1000000000` it counts
-/// executed instructions. On silicon it counts cycles of the timer clock, half as fast as the processor's.
+/// The counter is TIM5. Under QEMU with `-icount shift=0 -global
+/// stm32f2xx-timer.clock-frequency=1000000000` it counts executed instructions. On silicon it
+/// counts cycles of the timer clock, half as fast as the processor's.
 pub fn start() -> (Clock, Option<Counter>) {
     let Some(chip) = Peripherals::take() else {
         // Somebody has them already, so the clock has been set; which way cannot be told from here.
@@ -101,14 +109,16 @@ fn set_clock(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Clock {
     if crystal_and_pll(rcc, pwr, flash).is_some() {
         return Clock::crystal(PROCESSOR_HZ);
     }
-    // What the chip does after reset, whichever step failed. The flash may keep its wait states: they only cost time.
+    // What the chip does after reset, whichever step failed. The flash may keep its wait states:
+    // they only cost time.
     rcc.cfgr().modify(|_, w| w.sw().hsi());
     wait(|| rcc.cfgr().read().sws().is_hsi());
     rcc.cr().modify(|_, w| w.pllon().off().hseon().off());
     Clock::internal(INTERNAL_HZ)
 }
 
-/// The steps of RM0090, chapter “Reset and clock control”; `None` as soon as one of them does not happen in time.
+/// The steps of RM0090, chapter “Reset and clock control”; `None` as soon as one of them does not
+/// happen in time.
 fn crystal_and_pll(rcc: &RCC, pwr: &PWR, flash: &FLASH) -> Option<()> {
     rcc.cr().modify(|_, w| w.hseon().on());
     wait(|| rcc.cr().read().hserdy().is_ready())?;
@@ -152,7 +162,8 @@ fn wait(ready: impl Fn() -> bool) -> Option<()> {
 /// TIM5 over its whole 32 bits, without prescaler.
 fn start_counter(rcc: &RCC, timer: &TIM5) {
     rcc.apb1enr().modify(|_, w| w.tim5en().enabled());
-    // Reading back waits for the clock to arrive (RM0090 asks for two cycles between enabling a peripheral and using it).
+    // Reading back waits for the clock to arrive (RM0090 asks for two cycles between enabling a
+    // peripheral and using it).
     rcc.apb1enr().read();
     timer.arr().write(|w| w.set(u32::MAX));
     timer.egr().write(|w| w.ug().update());
@@ -161,6 +172,7 @@ fn start_counter(rcc: &RCC, timer: &TIM5) {
 
 /// The count of TIM5; under QEMU, instructions since its start.
 pub fn count() -> u32 {
-    // SAFETY: reading the count of a timer that nothing writes to once `start_counter` has started it.
+    // SAFETY: reading the count of a timer that nothing writes to once `start_counter` has started
+    // it.
     unsafe { (*TIM5::PTR).cnt().read().cnt().bits() }
 }

@@ -19,8 +19,8 @@ pub struct Serial(());
 
 /// Sets pins and speed up. To be called once.
 pub fn start(clock: Clock) -> Serial {
-    // SAFETY: the start calls this once, before interrupts are on. Later on the transmitter belongs to one task, the receiver
-    // to one interrupt.
+    // SAFETY: the start calls this once, before interrupts are on. Later on the transmitter belongs
+    // to one task, the receiver to one interrupt.
     let (rcc, a, usart) = unsafe { (&*RCC::PTR, &*GPIOA::PTR, &*USART2::PTR) };
     rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
     rcc.apb1enr().modify(|_, w| w.usart2en().enabled());
@@ -30,8 +30,9 @@ pub fn start(clock: Clock) -> Serial {
         Source::Crystal => clock.hz / 4,
         Source::Internal => clock.hz,
     };
-    // SAFETY: whole registers; PA2 and PA3 have alternate function 7 (DS8626, “Alternate function mapping”). The divider is in
-    // sixteenths, and so is the register (RM0090, “Fractional baud rate generation”).
+    // SAFETY: whole registers; PA2 and PA3 have alternate function 7 (DS8626, “Alternate function
+    // mapping”). The divider is in sixteenths, and so is the register (RM0090, “Fractional baud
+    // rate generation”).
     unsafe {
         for pin in 2..4 {
             a.moder()
@@ -51,7 +52,8 @@ pub fn start(clock: Clock) -> Serial {
 impl SerialPort for Serial {
     const BAUD: Option<u32> = Some(BAUD);
 
-    /// Waits for the line, in the task that has nothing before it: whatever else is due interrupts it.
+    /// Waits for the line, in the task that has nothing before it: whatever else is due interrupts
+    /// it.
     fn send(&mut self, frame: &[u8]) -> bool {
         // SAFETY: see `start`.
         let usart = unsafe { &*USART2::PTR };
@@ -63,8 +65,8 @@ impl SerialPort for Serial {
     }
 }
 
-/// The byte that has come, if one has. A byte that was not fetched before the next came is lost; its frame then fails its
-/// checksum.
+/// The byte that has come, if one has. A byte that was not fetched before the next came is lost;
+/// its frame then fails its checksum.
 pub fn received() -> Option<u8> {
     // SAFETY: see `start`.
     let usart = unsafe { &*USART2::PTR };

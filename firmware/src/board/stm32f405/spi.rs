@@ -1,6 +1,8 @@
-//! SPI1 and the chip selects: one bus, one chip at a time, or all four counters at once to latch them.
+//! SPI1 and the chip selects: one bus, one chip at a time, or all four counters at once to latch
+//! them.
 //!
-//! `docs/howto/wiring.md` has the pins. Every wait is bounded: a bus that does not answer is an error, and never holds up a sample.
+//! `docs/howto/wiring.md` has the pins. Every wait is bounded: a bus that does not answer is an
+//! error, and never holds up a sample.
 
 use super::chip::{GPIOA, GPIOB, RCC, SPI1};
 use crate::board::chips::Chips;
@@ -69,8 +71,8 @@ pub type SpiChips = Chips<SpiChip>;
 
 /// Sets pins and bus up. To be called once, from the task that then owns the bus.
 pub fn devices() -> SpiChips {
-    // SAFETY: the start calls this once, before interrupts are on, and nothing else uses these registers later on but the
-    // devices below, which belong to one task.
+    // SAFETY: the start calls this once, before interrupts are on, and nothing else uses these
+    // registers later on but the devices below, which belong to one task.
     let (rcc, a, b) = unsafe { (&*RCC::PTR, &*GPIOA::PTR, &*GPIOB::PTR) };
     rcc.ahb1enr()
         .modify(|_, w| w.gpioaen().enabled().gpioben().enabled());
@@ -104,7 +106,8 @@ pub fn devices() -> SpiChips {
         a.pupdr()
             .modify(|r, w| w.bits(r.bits() & !(3 << 12) | 2 << 12));
     }
-    // Counters take 4 MHz at 3.3 V, the converter 25 MHz, accelerometers 10 MHz (data sheets, timing tables).
+    // Counters take 4 MHz at 3.3 V, the converter 25 MHz, accelerometers 10 MHz (data sheets,
+    // timing tables).
     let counter = |select| device(select, divided(4));
     SpiChips {
         latch: counter(COUNTER_SELECTS.into_iter().fold(0, |all, one| all | one)),
@@ -135,8 +138,8 @@ impl Bytewise for SpiChip {
     type Fault = BusFault;
 
     fn select(&mut self) {
-        // SAFETY: whole registers of a peripheral that only the devices use; they belong to one task, so that no two
-        // transactions overlap.
+        // SAFETY: whole registers of a peripheral that only the devices use; they belong to one
+        // task, so that no two transactions overlap.
         unsafe {
             bus().cr1().write(|w| w.bits((self.cr1 & !ENABLED) as _));
             bus().cr1().write(|w| w.bits(self.cr1 as _));

@@ -1,20 +1,23 @@
-//! The supply: below which voltage the chip holds itself in reset, and whether there is enough to write the flash.
+//! The supply: below which voltage the chip holds itself in reset, and whether there is enough to
+//! write the flash.
 //!
-//! Words of 32 bits may be programmed from 2.7 V on (DS8626, “Flash memory programming”). The voltage detector is set above that, so
-//! that nothing is begun with a supply that is falling.
+//! Words of 32 bits may be programmed from 2.7 V on (DS8626, “Flash memory programming”). The
+//! voltage detector is set above that, so that nothing is begun with a supply that is falling.
 
 use super::chip::{FLASH, PWR, RCC};
 
 // PWR_CR, RM0090, “PWR power control register”.
 const DETECTOR: u32 = 1 << 4;
 const LEVELS: u32 = 7 << 5;
-/// Falls at 2.85 to 2.99 V (DS8626, “Embedded reset and power control block characteristics”, PLS = 110).
+/// Falls at 2.85 to 2.99 V (DS8626, “Embedded reset and power control block characteristics”, PLS =
+/// 110).
 const LEVEL: u32 = 6 << 5;
 /// PWR_CSR: the supply is below that level.
 const BELOW: u32 = 1 << 2;
 /// Where FLASH_OPTCR has the brown-out level, which the option bytes set.
 const BROWN_OUT: u32 = 2;
-/// Its thresholds on the falling edge in mV, typical (DS8626, as above): levels 3, 2 and 1, and none but that of the power-down reset.
+/// Its thresholds on the falling edge in mV, typical (DS8626, as above): levels 3, 2 and 1, and
+/// none but that of the power-down reset.
 const THRESHOLDS_MV: [u16; 4] = [2830, 2500, 2190, 1680];
 
 /// Sets the voltage detector.

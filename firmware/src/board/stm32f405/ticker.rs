@@ -1,4 +1,5 @@
-//! TIM2 tells when to sample; TIM5, which runs on, tells how many instants went by without a sample.
+//! TIM2 tells when to sample; TIM5, which runs on, tells how many instants went by without a
+//! sample.
 
 use super::chip::{RCC, TIM2};
 use super::count;
@@ -11,7 +12,8 @@ pub struct Ticker(Instants);
 
 /// Starts to sample. To be called once.
 pub fn start(clock: Clock, rate: Rate) -> Ticker {
-    // SAFETY: the start calls this once, before interrupts are on; later on TIM2 belongs to the sampling task.
+    // SAFETY: the start calls this once, before interrupts are on; later on TIM2 belongs to the
+    // sampling task.
     let (rcc, timer) = unsafe { (&*RCC::PTR, &*TIM2::PTR) };
     // Timers run at twice their bus's clock where that is divided (RM0090, “Clocks”).
     let hz = match clock.source {

@@ -14,8 +14,8 @@ use jointwatch_shared::wire::capture::{CHUNK, Chunk};
 /// Chunks that the core-coupled memory holds.
 const CHUNKS: usize = (64 << 10) / CHUNK;
 
-/// The core-coupled memory, for the counts around an alarm; none where its clock, which runs after every reset (RM0090, RCC_AHB1ENR), does
-/// not run: QEMU has neither.
+/// The core-coupled memory, for the counts around an alarm; none where its clock, which runs after
+/// every reset (RM0090, RCC_AHB1ENR), does not run: QEMU has neither.
 pub fn counts_around_alarm() -> &'static mut [Chunk] {
     #[unsafe(link_section = ".ccm")]
     static mut ROOM: MaybeUninit<[Chunk; CHUNKS]> = MaybeUninit::uninit();

@@ -1,4 +1,5 @@
-//! The chips of a board for tests: registers as the real ones have them, behind chip selects that can break.
+//! The chips of a board for tests: registers as the real ones have them, behind chip selects that
+//! can break.
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use std::cell::RefCell;

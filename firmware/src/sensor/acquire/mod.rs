@@ -1,9 +1,11 @@
-//! One instant of the whole rig: every counter latched at once, bridges and accelerometers read, each chip's health beside.
+//! One instant of the whole rig: every counter latched at once, bridges and accelerometers read,
+//! each chip's health beside.
 //!
-//! The order makes the channels belong together. First one instruction on a chip select that all counters share moves every
-//! count into its latch: that edge is the instant. Then the converter, whose four channels sample together, then the
-//! accelerometers, each read in one go; last the latched counts, which can wait. What is left, from converter and
-//! accelerometer filters and the time on the bus, is the same for every sample: the rig block holds it as a delay per
+//! The order makes the channels belong together. First one instruction on a chip select that all
+//! counters share moves every count into its latch: that edge is the instant. Then the converter,
+//! whose four channels sample together, then the accelerometers, each read in one go; last the
+//! latched counts, which can wait. What is left, from converter and accelerometer filters and the
+//! time on the bus, is the same for every sample: the rig block holds it as a delay per
 //! channel, and the chain makes up for it.
 //!
 //! A chip that fails keeps its last good code and says what is wrong; the others go on.
@@ -120,15 +122,16 @@ pub struct Sensors<L, C: SpiDevice, A: SpiDevice, X: SpiDevice> {
     counters: [Option<Watched<Ls7366r<C>>>; COUNTERS],
     converter: Watched<Ads131m04<A>>,
     accelerometers: [Option<Watched<Adxl355<X>>>; ACCELEROMETERS],
-    /// Of each counter, the beginning from which it counts as the rig wants it: the first that was seen, or the last before its index.
+    /// Of each counter, the beginning from which it counts as the rig wants it: the first that was
+    /// seen, or the last before its index.
     referenced: [Option<u32>; COUNTERS],
     /// Whose turn it is to show its status.
     turn: usize,
 }
 
 impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X> {
-    /// The chips behind their chip selects; `latch` selects all counters at once. Nothing is sent yet: the first
-    /// [`Sensors::acquire`] begins to set the chips up.
+    /// The chips behind their chip selects; `latch` selects all counters at once. Nothing is sent
+    /// yet: the first [`Sensors::acquire`] begins to set the chips up.
     pub fn new(
         wiring: &Wiring,
         latch: L,
@@ -156,7 +159,8 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
         }
     }
 
-    /// How often counter `place` began anew at its start count; what it counted before is lost then.
+    /// How often counter `place` began anew at its start count; what it counted before is lost
+    /// then.
     pub fn counter_restarts(&self, place: usize) -> u32 {
         let counter = self.counters.get(place).and_then(Option::as_ref);
         counter.map_or(0, Watched::restarts)
@@ -191,7 +195,8 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
                 let its_turn = number == self.turn;
                 let index;
                 (*count, *health, index) = read_counter(counter, latched.is_ok(), its_turn);
-                // A counter that ran on while the controller restarted was not set up from nothing even once.
+                // A counter that ran on while the controller restarted was not set up from nothing
+                // even once.
                 let runs = referenced.is_none() && *health == ChipState::Ok;
                 if index || runs {
                     *referenced = Some(counter.restarts());
@@ -210,8 +215,8 @@ impl<L: SpiDevice, C: SpiDevice, A: SpiDevice, X: SpiDevice> Sensors<L, C, A, X>
     }
 }
 
-/// One counter: its latched count, or the last good one when there was no latch; its status when it is its turn, and whether that
-/// says that an index came.
+/// One counter: its latched count, or the last good one when there was no latch; its status when it
+/// is its turn, and whether that says that an index came.
 fn read_counter<C: SpiDevice>(
     counter: &mut Watched<Ls7366r<C>>,
     latched: bool,

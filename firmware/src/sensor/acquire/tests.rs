@@ -1,4 +1,5 @@
-//! The whole board against chips that keep registers as the real ones do: faults come, stay, and go.
+//! The whole board against chips that keep registers as the real ones do: faults come, stay, and
+//! go.
 
 use super::super::presence::{
     FAILURES_ALLOWED, FIRST_WAIT, LONGEST_WAIT, STALE_ALLOWED, TIME_TO_START,
@@ -172,7 +173,8 @@ fn an_input_at_its_rail_is_told_as_a_fault_of_the_input_alone() {
 fn counters_belong_to_the_instant_of_the_latch() {
     let mut board = Board::started();
     board.move_rig(1);
-    // The converter's line is used between latch and read-out: what moves then is not seen before the next sample.
+    // The converter's line is used between latch and read-out: what moves then is not seen before
+    // the next sample.
     let counter = Rc::clone(&board.counters[0]);
     let converter = Rc::clone(&board.converter);
     struct Moving(Rc<RefCell<CounterChip>>, Rc<RefCell<ConverterChip>>);
@@ -403,8 +405,8 @@ fn the_monitor_hears_of_the_channels_that_a_chip_feeds() {
             bits | Faults::bit(axis, channel)
         })
     };
-    // Counter 1 is the near side and the body of x; accelerometer 1 feeds both axes; channel 1 is the torque, 2 what
-    // effects of x follow.
+    // Counter 1 is the near side and the body of x; accelerometer 1 feeds both axes; channel 1 is
+    // the torque, 2 what effects of x follow.
     acquired.health[1] = ChipState::Restarted;
     acquired.health[CONVERTER] = ChipState::Saturated;
     acquired.saturated_channels = 0b0110;

@@ -1,5 +1,5 @@
-//! The device without a board: what it says of good and bad slots, of lost samples, silent chips and damaged requests, and that what
-//! it streams is what the chain computes.
+//! The device without a board: what it says of good and bad slots, of lost samples, silent chips
+//! and damaged requests, and that what it streams is what the chain computes.
 
 mod alarm;
 mod trial;
@@ -356,7 +356,8 @@ fn a_line_that_never_pauses_does_not_hold_the_device_up() {
 #[test]
 fn a_slow_line_refuses_a_stream_that_it_cannot_carry() {
     let mut bench = Bench::start([Slot::Empty, Slot::Empty]);
-    // 1 kHz without a rig block: a sample takes 118 bytes at most, the line carries 100,000 a second.
+    // 1 kHz without a rig block: a sample takes 118 bytes at most, the line carries 100,000 a
+    // second.
     for (every, wanted) in [
         (1, Answered::LineTooSlow),
         (2, Answered::Done),

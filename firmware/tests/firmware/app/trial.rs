@@ -81,7 +81,8 @@ fn a_model_that_does_not_live_through_its_trial_is_given_up() {
     let reports = bench.reports();
     assert!(events(&reports).contains(&Event::ModelGivenUp { slot }));
     assert!(bench.evaluates(), "the old model runs");
-    // It was set aside for good: the next restart has nothing to give up, and says so after its first sample.
+    // It was set aside for good: the next restart has nothing to give up, and says so after its
+    // first sample.
     let mut bench = bench.restart();
     bench.sample(RawSample::default());
     let again = events(&bench.reports());

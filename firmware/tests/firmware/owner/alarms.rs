@@ -35,7 +35,8 @@ fn moving(at: i32, far: i32, force: i32) -> RawSample {
     raw
 }
 
-/// A force that stands still while its axis moves, until that raises an alarm; after how many samples it does.
+/// A force that stands still while its axis moves, until that raises an alarm; after how many
+/// samples it does.
 pub(super) fn until_alarm(bench: &mut Bench) -> u64 {
     let mut at = 0;
     while bench.watch.verdict().state != State::Alarm {

@@ -61,8 +61,8 @@ fn request(points: &mut Points, genuine: Header, stolen: Signature) -> Request {
     }
 }
 
-/// Sends them all, a sample of a resting joint after every tenth; how many statuses came, and how often the alarm that nobody has
-/// acknowledged was told with one.
+/// Sends them all, a sample of a resting joint after every tenth; how many statuses came, and how
+/// often the alarm that nobody has acknowledged was told with one.
 fn beset(bench: &mut Bench, genuine: Header, stolen: Signature) -> [usize; 2] {
     let mut points = Points::new(16);
     let mut told = [0; 2];

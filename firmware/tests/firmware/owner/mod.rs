@@ -1,5 +1,5 @@
-//! What only the device's owner may do: nothing is erased, restarted, taken back or acknowledged without a signature, and no
-//! signature works twice.
+//! What only the device's owner may do: nothing is erased, restarted, taken back or acknowledged
+//! without a signature, and no signature works twice.
 
 mod alarms;
 mod hostile;

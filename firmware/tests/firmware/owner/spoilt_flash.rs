@@ -1,4 +1,5 @@
-//! Flash that is worn out, or whose supply is too low: it is not erased, and nothing that could not be written is said to hold.
+//! Flash that is worn out, or whose supply is too low: it is not erased, and nothing that could not
+//! be written is said to hold.
 
 use super::{
     answer, begin, hello, proven, refused, release, run, signing, step, two_proven, upload,
@@ -106,7 +107,8 @@ fn a_flash_that_takes_nothing_is_told_and_nothing_of_it_counts() {
         assert_eq!(reply, refused(Refusal::Flash));
         assert_eq!(hello(&mut bench).access.number, number);
     }
-    // Cells that are worn out behind the last chunk, all of them or only those of the seal: what is there is not sealed.
+    // Cells that are worn out behind the last chunk, all of them or only those of the seal: what is
+    // there is not sealed.
     for deaf in [0..usize::MAX, SEAL_OFFSET..SEAL_OFFSET + 4] {
         let mut bench = two_proven();
         let third = release(3, reference_model());
@@ -140,7 +142,8 @@ fn a_new_model_whose_start_cannot_be_marked_leaves_the_one_before_it_alone() {
     let mut bench = proven();
     let second = release(2, reference_network());
     upload(&mut bench, &second, second.signature().unwrap());
-    // The mark of its first start does not take: the slot of release 1 must not be erased, nor the trial end in a restart.
+    // The mark of its first start does not take: the slot of release 1 must not be erased, nor the
+    // trial end in a restart.
     let mut bench = bench.restart_after(|flash| flash.deaf = 0..usize::MAX);
     let third = release(3, reference_network());
     let reply = upload(&mut bench, &third, third.signature().unwrap());

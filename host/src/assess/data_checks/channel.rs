@@ -5,7 +5,8 @@ use crate::study::{Axis, Channels};
 /// What a channel measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Displacement relative to another body, which may rightly stand still while everything else moves.
+    /// Displacement relative to another body, which may rightly stand still while everything else
+    /// moves.
     Relative,
     /// Position of one body.
     Position,
@@ -90,7 +91,8 @@ pub(super) fn extremes(series: &[f64]) -> (f64, f64) {
         })
 }
 
-/// Sizes of the steps from row to row that are not 0, smallest first; what is left of one unit by rounding is no step.
+/// Sizes of the steps from row to row that are not 0, smallest first; what is left of one unit by
+/// rounding is no step.
 pub(super) fn steps(series: &[f64]) -> Vec<f64> {
     let least = 1e-9 * range(series);
     let sizes = series.windows(2).map(|pair| (pair[1] - pair[0]).abs());
@@ -119,8 +121,8 @@ pub(super) fn constant_runs(series: &[f64], least: usize) -> Vec<(usize, usize)>
     runs
 }
 
-/// RMS about the mean: how much a channel moves. White noise is in it by its own size only, which for a sensor that is any good is
-/// a small part of the motion's.
+/// RMS about the mean: how much a channel moves. White noise is in it by its own size only, which
+/// for a sensor that is any good is a small part of the motion's.
 pub(super) fn liveliness(series: &[f64]) -> f64 {
     let count = series.len().max(1) as f64;
     let mean = series.iter().sum::<f64>() / count;

@@ -6,15 +6,18 @@ use crate::text::table::significant;
 
 /// Rows at the very same extreme value that make a flat top.
 const FLAT: usize = 3;
-/// Flat tops of one channel in one record below which nothing is said: two peaks may fall on the same count.
+/// Flat tops of one channel in one record below which nothing is said: two peaks may fall on the
+/// same count.
 const MIN_TOPS: usize = 3;
-/// A smooth peak that stays on one count for three rows is reached by steps of at most five counts: with curvature a per row²
-/// the rows beside its middle lie a/2 below it, under a count, and the next ones 2a with a count of rounding.
+/// A smooth peak that stays on one count for three rows is reached by steps of at most five counts:
+/// with curvature a per row² the rows beside its middle lie a/2 below it, under a count, and the
+/// next ones 2a with a count of rounding.
 const ENTERED_FROM_COUNTS: f64 = 6.0;
-/// A step this much of the whole range onto the top is a command that switches, not a signal that was cut.
+/// A step this much of the whole range onto the top is a command that switches, not a signal that
+/// was cut.
 const SWITCHED: f64 = 0.2;
-/// Share of the rows that are cut from which on a diagnosis means nothing: peaks are where laws differ, and half a per cent of
-/// the rows at the peaks carries several per cent of the power.
+/// Share of the rows that are cut from which on a diagnosis means nothing: peaks are where laws
+/// differ, and half a per cent of the rows at the peaks carries several per cent of the power.
 const SERIOUS: f64 = 0.005;
 
 /// Flat tops of a channel.

@@ -1,9 +1,11 @@
-//! Drop-outs: a channel that falls to 0 for a moment, or holds its last value while samples are lost.
+//! Drop-outs: a channel that falls to 0 for a moment, or holds its last value while samples are
+//! lost.
 
 use super::channel::{Channel, constant_runs, extremes, quantile, steps};
 use super::finding::{Finding, RecordPosition};
 
-/// A fall to 0 and the way back are larger than this many of the largest hundredth of the channel's steps.
+/// A fall to 0 and the way back are larger than this many of the largest hundredth of the channel's
+/// steps.
 const FALLS_BY: f64 = 4.0;
 /// A drop-out lasts this long at most; what is longer is a stuck channel.
 const LONGEST_S: f64 = 0.2;
@@ -11,12 +13,13 @@ const LONGEST_S: f64 = 0.2;
 const HELD: usize = 4;
 /// Share of equal neighbours up to which a channel hardly repeats itself.
 const REPEATS: f64 = 0.1;
-/// After samples were lost, the channel steps by this many times its usual step to where it would have been.
+/// After samples were lost, the channel steps by this many times its usual step to where it would
+/// have been.
 const CATCHES_UP: f64 = 2.5;
 /// Bursts of held values below which nothing is said.
 const MIN_BURSTS: usize = 5;
-/// Share of lost rows from which on a diagnosis means nothing: as long as a hundredth of the record is wrong by its own size,
-/// a tenth of its RMS is error.
+/// Share of lost rows from which on a diagnosis means nothing: as long as a hundredth of the record
+/// is wrong by its own size, a tenth of its RMS is error.
 const SERIOUS: f64 = 0.01;
 
 /// Drop-outs of a channel.
@@ -61,7 +64,8 @@ fn zeros(series: &[f64], far: f64, longest: usize) -> Vec<(usize, usize)> {
             continue;
         };
         let near = before.abs().min(after.abs());
-        // It comes back to where it would have been: a signal that crosses 0 goes on to the other side.
+        // It comes back to where it would have been: a signal that crosses 0 goes on to the other
+        // side.
         if near > far && near > 0.0 && (before - after).abs() < 0.5 * near {
             bursts.push((start, rows));
         }
@@ -73,7 +77,8 @@ fn zeros(series: &[f64], far: f64, longest: usize) -> Vec<(usize, usize)> {
 fn held(series: &[f64], sizes: &[f64], longest: usize) -> Vec<(usize, usize)> {
     let (low, high) = extremes(series);
     let repeats = series.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    // A channel that is logged slower than the others, or one that rests, repeats itself all the time.
+    // A channel that is logged slower than the others, or one that rests, repeats itself all the
+    // time.
     if repeats as f64 > REPEATS * series.len() as f64 {
         return Vec::new();
     }

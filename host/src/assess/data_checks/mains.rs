@@ -1,6 +1,8 @@
-//! Lines of the mains: a narrow line near 50 or 60 Hz or a harmonic that force or acceleration have and the displacement has not.
+//! Lines of the mains: a narrow line near 50 or 60 Hz or a harmonic that force or acceleration have
+//! and the displacement has not.
 //!
-//! Never serious: what a line in the force does to a model is an effect of the library, which the search names.
+//! Never serious: what a line in the force does to a model is an effect of the library, which the
+//! search names.
 
 use super::channel::{Kind, channels};
 use super::finding::Finding;
@@ -8,14 +10,16 @@ use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
 use crate::study::Study;
 use crate::text::table::short;
 
-/// Windows of this length: lines half a hertz wide stand apart from tones of the drive a hertz away.
+/// Windows of this length: lines half a hertz wide stand apart from tones of the drive a hertz
+/// away.
 const WINDOW_S: f64 = 4.0;
 /// Mains frequencies, Hz, and how far from them a line may lie, as a part of them.
 const MAINS_HZ: [f64; 2] = [50.0, 60.0];
 const OFF: f64 = 0.005;
 /// Harmonics that are looked at.
 const HARMONICS: usize = 4;
-/// Between these distances from a line, Hz, nothing stands as high: a joint that is shaken by tones has lines everywhere.
+/// Between these distances from a line, Hz, nothing stands as high: a joint that is shaken by tones
+/// has lines everywhere.
 const NEIGHBOURS_HZ: [f64; 2] = [1.5, 8.0];
 /// Density over the highest neighbour's that makes a line.
 const STANDS_OUT: f64 = 20.0;

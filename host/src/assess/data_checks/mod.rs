@@ -1,8 +1,9 @@
-//! Whether the logs can be believed, before anything is read into them: clipped, stuck, dropped out, wrong in single rows, too coarse,
-//! humming, skewed.
+//! Whether the logs can be believed, before anything is read into them: clipped, stuck, dropped
+//! out, wrong in single rows, too coarse, humming, skewed.
 //!
-//! A finding is serious when what it spoils is of the size of the effects that a diagnosis looks for; then the verdict is "data".
-//! The others are remarks: they are said, and the diagnosis stands.
+//! A finding is serious when what it spoils is of the size of the effects that a diagnosis looks
+//! for; then the verdict is "data". The others are remarks: they are said, and the diagnosis
+//! stands.
 
 mod channel;
 mod clipping;
@@ -20,15 +21,17 @@ pub use finding::Finding;
 use finding::RecordPosition;
 use rayon::prelude::*;
 
-/// Counts from one end of the motion to the other below which a displacement has too few: rounding to counts then makes an
-/// error of 1/(√12·counts) of the motion, which for a spring is above the half per cent at which effects are looked for.
+/// Counts from one end of the motion to the other below which a displacement has too few: rounding
+/// to counts then makes an error of 1/(√12·counts) of the motion, which for a spring is above the
+/// half per cent at which effects are looked for.
 const FEW_COUNTS: f64 = 50.0;
 /// Counts below which it is next to nothing: the rounding alone is 3 % of the motion.
 const NEXT_TO_NO_COUNTS: f64 = 10.0;
 
 /// Everything that is wrong with a study's data, the serious first.
 ///
-/// Without time a channel may stand still or jump from row to row, so only the resolution of the displacement is looked at.
+/// Without time a channel may stand still or jump from row to row, so only the resolution of the
+/// displacement is looked at.
 pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
     let axes = 0..study.axes.len();
     if study.quasi_static {
@@ -97,7 +100,8 @@ fn coarse(study: &Study, index: usize) -> Option<Finding> {
         channel::range(&relative)
     });
     let counts = ranges.fold(0.0, f64::max) / step;
-    // Next to no motion at all is not the encoder's fault; the fit says what it could not determine.
+    // Next to no motion at all is not the encoder's fault; the fit says what it could not
+    // determine.
     (1.0..FEW_COUNTS).contains(&counts).then(|| Finding {
         sentence: format!(
             "axis {}: its displacement moves over {counts:.0} counts of the encoder in all training records, and its velocity is \

@@ -6,14 +6,16 @@ use crate::signal::motion::Filters;
 use crate::study::check::lone::{Lone, lone, lone_by, outliers};
 use crate::text::table::significant;
 
-/// A body does not jump by so many times what it moves by from row to row around it. Measured displacements come to 6, where a logger
-/// was late by a row.
+/// A body does not jump by so many times what it moves by from row to row around it. Measured
+/// displacements come to 6, where a logger was late by a row.
 const JUMPS: f64 = 12.0;
-/// Part of a channel's RMS that such rows are wrong by from which on a diagnosis means nothing: as large as the effects that are sought.
+/// Part of a channel's RMS that such rows are wrong by from which on a diagnosis means nothing: as
+/// large as the effects that are sought.
 const SERIOUS: f64 = 0.01;
-/// Part of a channel's RMS that rows which stand out are off by from which on they are spikes, and from which on, of what the low-pass leaves
-/// of them in a force, a diagnosis means nothing. Accelerometers of public logs come to 0.09,
-/// forces, displacements and velocities to 0.03; a torque that a servo drive works out has 0.6.
+/// Part of a channel's RMS that rows which stand out are off by from which on they are spikes, and
+/// from which on, of what the low-pass leaves of them in a force, a diagnosis means nothing.
+/// Accelerometers of public logs come to 0.09, forces, displacements and velocities to 0.03; a
+/// torque that a servo drive works out has 0.6.
 const SPIKES: f64 = 0.1;
 /// Part of all rows that they are at least: impacts that ring are fewer.
 const MANY: f64 = 0.005;
@@ -34,7 +36,8 @@ pub(super) fn check(
     if many && share(channel, &spikes) > SPIKES {
         let what = "stands out of the rows around it, as spikes do";
         let what_to_do = "look for where they come from, or take them out of the log: a running median over five rows does";
-        // A force is compared behind the low-pass; what is derived of a motion takes all of them in.
+        // A force is compared behind the low-pass; what is derived of a motion takes all of them
+        // in.
         let passes = match channel.kind {
             Kind::Force => filters.band.iter().map(|tap| tap * tap).sum::<f64>().sqrt(),
             _ => 1.0,

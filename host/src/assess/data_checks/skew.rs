@@ -1,7 +1,9 @@
-//! Skew between accelerometer and encoder of one body: the phase of their cross-spectrum grows with frequency.
+//! Skew between accelerometer and encoder of one body: the phase of their cross-spectrum grows with
+//! frequency.
 //!
-//! The acceleration is the second derivative of the position, whatever the joint does; so what their phases differ by is the
-//! instruments' doing. A force channel that is late is another matter: the search names it `time_delay`.
+//! The acceleration is the second derivative of the position, whatever the joint does; so what
+//! their phases differ by is the instruments' doing. A force channel that is late is another
+//! matter: the search names it `time_delay`.
 
 use super::finding::Finding;
 use crate::signal::fir::apply;
@@ -19,10 +21,12 @@ const COHERENT: f64 = 0.95;
 const MIN_LINES: usize = 8;
 /// A skew of less than this part of a sample is no fault of a log.
 const MIN_SAMPLES: f64 = 0.3;
-/// Phase at the frequency where most of the acceleration is that is worth a word, rad: the inertia force is then wrong by this
-/// part of itself, a quarter of a turn from where it should be, which is where damping is.
+/// Phase at the frequency where most of the acceleration is that is worth a word, rad: the inertia
+/// force is then wrong by this part of itself, a quarter of a turn from where it should be, which
+/// is where damping is.
 const WORTH_A_WORD: f64 = 0.02;
-/// Phase from which on a diagnosis means nothing: a twentieth of the inertia force is read as damping.
+/// Phase from which on a diagnosis means nothing: a twentieth of the inertia force is read as
+/// damping.
 const SERIOUS: f64 = 0.05;
 /// Standard errors by which a skew must be beyond chance.
 const SURE: f64 = 6.0;
@@ -123,7 +127,8 @@ impl Cross {
         }
     }
 
-    /// The slope of the phase over frequency, by least squares weighted with what each frequency holds.
+    /// The slope of the phase over frequency, by least squares weighted with what each frequency
+    /// holds.
     fn delay(&self, rate: f64, band_hz: f64) -> Option<Delay> {
         // With one window everything is coherent.
         if self.windows < 4 {

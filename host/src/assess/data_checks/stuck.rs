@@ -1,4 +1,5 @@
-//! A stuck channel: it stands at one value over a stretch in which the others show that the axis moves.
+//! A stuck channel: it stands at one value over a stretch in which the others show that the axis
+//! moves.
 
 use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, range, steps};
 use super::finding::{Finding, RecordPosition};
@@ -8,16 +9,21 @@ use crate::text::table::significant;
 const MIN_S: f64 = 0.2;
 /// Rows that such a stretch has at least.
 const MIN_ROWS: usize = 60;
-/// In stretches of the same length elsewhere the channel moves over at least this many of its counts.
+/// In stretches of the same length elsewhere the channel moves over at least this many of its
+/// counts.
 const MOVES_BY_COUNTS: f64 = 20.0;
-/// Part of its greatest liveliness in any record that another channel has where the axis still moves.
+/// Part of its greatest liveliness in any record that another channel has where the axis still
+/// moves.
 const STILL_MOVES: f64 = 0.15;
-/// How many times the largest hundredth of its steps a displacement jumps by when it comes loose: a body does not.
+/// How many times the largest hundredth of its steps a displacement jumps by when it comes loose: a
+/// body does not.
 const JUMPS: f64 = 5.0;
-/// Share of the record from which on a diagnosis means nothing; what is wrong there is wrong by its own size.
+/// Share of the record from which on a diagnosis means nothing; what is wrong there is wrong by its
+/// own size.
 const SERIOUS: f64 = 0.01;
 
-/// Stuck channels among those of an axis; `liveliest` has the greatest liveliness of each in any record.
+/// Stuck channels among those of an axis; `liveliest` has the greatest liveliness of each in any
+/// record.
 pub(super) fn check(
     channels: &[Channel<'_>],
     liveliest: &[f64],
@@ -61,7 +67,8 @@ fn stuck(
     let after = series.get(start + rows);
     let jumps = after.is_some_and(|v| (v - value).abs() > JUMPS * quantile(&sizes, 0.99));
     match channel.kind {
-        // A joint that friction holds stands still under a force that moves; only a jump gives a sensor away.
+        // A joint that friction holds stands still under a force that moves; only a jump gives a
+        // sensor away.
         Kind::Relative | Kind::Velocity if !jumps => return None,
         // A drive that is switched off reads exactly 0 while the joint rings down.
         Kind::Force if value == 0.0 && !jumps => return None,

@@ -1,4 +1,5 @@
-//! Where the error of a model sits: in which region of the states, in which stretch of time, at which frequencies.
+//! Where the error of a model sits: in which region of the states, in which stretch of time, at
+//! which frequencies.
 
 use crate::signal::spectrum::Accumulator;
 use crate::text::table::rounded;
@@ -45,7 +46,8 @@ pub enum Extent {
 /// A state, or its magnitude, lies between two values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Condition {
-    /// Which state: 0 and 1 for displacement and velocity of the first axis, 2 and 3 for those of the second.
+    /// Which state: 0 and 1 for displacement and velocity of the first axis, 2 and 3 for those of
+    /// the second.
     pub state: usize,
     /// Whether it is about the magnitude.
     pub magnitude: bool,
@@ -83,19 +85,21 @@ const CUTS: usize = 32;
 const MIN_ROWS: f64 = 0.02;
 /// How often a region may be cut down.
 const DEPTH: usize = 3;
-/// Rows that the search looks at; more are thinned evenly, which moves shares by far less than a percent.
+/// Rows that the search looks at; more are thinned evenly, which moves shares by far less than a
+/// percent.
 const MAX_ROWS: usize = 60_000;
 /// The part of the error that a place in time or frequency must hold.
 const HALF: f64 = 0.5;
 /// A place that takes more than this part of the whole is no place.
 const SPREAD: f64 = 0.35;
 
-/// Finds the state region, the time span and the frequency band that hold most of the error of one axis.
+/// Finds the state region, the time span and the frequency band that hold most of the error of one
+/// axis.
 ///
-/// The state region comes from cutting greedily along one state, or its magnitude, at a time, each cut keeping the
-/// side whose mean squared error gains most (a regression tree of which only the worst branch is followed). Time span
-/// and band (shares of `band_hz`) are the narrowest that hold half of the error; a time span of more than a third of all
-/// says "spread".
+/// The state region comes from cutting greedily along one state, or its magnitude, at a time, each
+/// cut keeping the side whose mean squared error gains most (a regression tree of which only the
+/// worst branch is followed). Time span and band (shares of `band_hz`) are the narrowest that hold
+/// half of the error; a time span of more than a third of all says "spread".
 pub fn find(
     axis: &str,
     names: &[StateName],
@@ -114,8 +118,9 @@ pub fn find(
     places
 }
 
-/// The record in which a constant holds most of the error of an axis, where it is most of the error of that record: what is wrong there
-/// is the zero of force, in `unit`, and not how the force follows the motion.
+/// The record in which a constant holds most of the error of an axis, where it is most of the error
+/// of that record: what is wrong there is the zero of force, in `unit`, and not how the force
+/// follows the motion.
 pub fn zero(axis: &str, unit: &str, records: &[ErrorRecord<'_>]) -> Option<FailingRegion> {
     let power = |error: &[f64]| error.iter().map(|e| e * e).sum::<f64>();
     let total: f64 = records.iter().map(|r| power(r.error)).sum();
@@ -228,7 +233,8 @@ fn state_region(
     })
 }
 
-/// The cut whose kept side stands out most: the largest drop in Σ(e² − mean)², as a regression tree splits.
+/// The cut whose kept side stands out most: the largest drop in Σ(e² − mean)², as a regression tree
+/// splits.
 fn best_cut(
     features: &[Feature],
     squares: &[f64],

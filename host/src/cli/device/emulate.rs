@@ -1,4 +1,5 @@
-//! `jointwatch emulate`: the firmware itself under QEMU, its sensor chips fed with a record, every bit compared with `replay`.
+//! `jointwatch emulate`: the firmware itself under QEMU, its sensor chips fed with a record, every
+//! bit compared with `replay`.
 
 use super::replay::chosen;
 use super::serve::{self, Service};
@@ -25,16 +26,18 @@ pub(crate) struct Emulate {
     /// Only this record, as study.toml names it; all of them when left out.
     #[arg(long, value_name = "FILE")]
     record: Option<String>,
-    /// The rig block that `export --rig` wrote; when left out, one is made from the study's records, as by
-    /// `export --rig defaults`, with limits for the monitor from the validation records.
+    /// The rig block that `export --rig` wrote; when left out, one is made from the study's
+    /// records, as by `export --rig defaults`, with limits for the monitor from the validation
+    /// records.
     #[arg(long, value_name = "FILE")]
     rig: Option<PathBuf>,
-    /// Let the device run on and on, driven by one record in a loop, and offer its line on this port of 127.0.0.1; 0 takes a free
-    /// one. Lines of standard input change the joint: change viscous@x*0.5, restore, quit.
+    /// Let the device run on and on, driven by one record in a loop, and offer its line on this
+    /// port of 127.0.0.1; 0 takes a free one. Lines of standard input change the joint: change
+    /// viscous@x*0.5, restore, quit.
     #[arg(long, value_name = "PORT")]
     serve: Option<u16>,
-    /// A change of the joint while it is served: an effect of the model, or force@AXIS for all of it, and what its force is
-    /// multiplied by, at the same motion.
+    /// A change of the joint while it is served: an effect of the model, or force@AXIS for all of
+    /// it, and what its force is multiplied by, at the same motion.
     #[arg(long, value_name = "EFFECT@AXIS*FACTOR", requires = "serve")]
     change: Option<String>,
     /// Seconds of the device's time after which it comes.

@@ -19,21 +19,26 @@ const FALSE_ALARM_DAYS: u32 = 30;
 pub(crate) struct Export {
     /// The model that `identify` wrote.
     pub(super) model: PathBuf,
-    /// Where to write the blob (default: model.bin), or with --rig the rig block (default: rig.bin).
+    /// Where to write the blob (default: model.bin), or with --rig the rig block (default:
+    /// rig.bin).
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// Write the rig block instead, which the device needs besides the model: from a rig.toml that says how the sensors are
-    /// wired (docs/reference/rig-block.md), or `defaults` for the emulated rig of --study.
+    /// Write the rig block instead, which the device needs besides the model: from a rig.toml that
+    /// says how the sensors are wired (docs/reference/rig-block.md), or `defaults` for the
+    /// emulated rig of --study.
     #[arg(long, value_name = "FILE|defaults")]
     pub(super) rig: Option<PathBuf>,
-    /// With --rig: the study from whose validation records the monitor's limits are set (left out, the block has none, and the
-    /// device does not judge the joint), and with `defaults` what the sensors of the emulated rig are set to.
+    /// With --rig: the study from whose validation records the monitor's limits are set (left out,
+    /// the block has none, and the device does not judge the joint), and with `defaults` what
+    /// the sensors of the emulated rig are set to.
     #[arg(long, value_name = "FILE")]
     pub(super) study: Option<PathBuf>,
-    /// With --rig and --study: mean time between the monitor's false alarms for which the limits are set, in days (default: 30).
+    /// With --rig and --study: mean time between the monitor's false alarms for which the limits
+    /// are set, in days (default: 30).
     #[arg(long, value_name = "DAYS", value_parser = clap::value_parser!(u32).range(1..=36_500), requires_all = ["rig", "study"])]
     pub(super) false_alarm_days: Option<u32>,
-    /// With --rig and --study: by how much gain and stiffness may drift on a healthy joint without an alarm, such as 2% (default: 0%).
+    /// With --rig and --study: by how much gain and stiffness may drift on a healthy joint without
+    /// an alarm, such as 2% (default: 0%).
     #[arg(long, value_name = "PERCENT", value_parser = drift, requires_all = ["rig", "study"])]
     pub(super) drift: Option<f64>,
     /// The largest error that fixed point may cost, as a part of each axis's RMS training force
@@ -42,7 +47,8 @@ pub(crate) struct Export {
     pub(super) budget: Option<f64>,
 }
 
-/// The largest drift that limits are set for: beyond it a tenth of the force, which they are tuned to, would hardly show.
+/// The largest drift that limits are set for: beyond it a tenth of the force, which they are tuned
+/// to, would hardly show.
 const MAX_DRIFT_PERCENT: f64 = 8.0;
 
 /// A drift in percent, with or without its sign, as a part.
@@ -115,7 +121,8 @@ impl Export {
             }
             (false, _) => rig_block::of_file(rig, model)?,
         };
-        // An emulated rig needs the study for its sensors, whether it has records for the monitor or not.
+        // An emulated rig needs the study for its sensors, whether it has records for the monitor
+        // or not.
         let asked = self.false_alarm_days.is_some() || self.drift.is_some();
         let judged = asked || rig.as_os_str() != "defaults";
         if let Some(study) = &study

@@ -32,15 +32,16 @@ pub(crate) struct Replay {
     /// Only this record, as study.toml names it; all of them when left out.
     #[arg(long, value_name = "FILE")]
     pub(super) record: Option<String>,
-    /// The rig block that `export --rig` wrote: read the records through its sensors, as `emulate` does, rather than through
-    /// converters that are set to what the records reach.
+    /// The rig block that `export --rig` wrote: read the records through its sensors, as `emulate`
+    /// does, rather than through converters that are set to what the records reach.
     #[arg(long, value_name = "FILE")]
     pub(super) rig: Option<PathBuf>,
-    /// Write every output of the chain (raw 32-bit numbers and SI values) as CSV; needs --record in a study of several.
+    /// Write every output of the chain (raw 32-bit numbers and SI values) as CSV; needs --record
+    /// in a study of several.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// Say what the monitor would have said over each record, with the limits of --rig, or else with limits set from the
-    /// study's validation records.
+    /// Say what the monitor would have said over each record, with the limits of --rig, or else
+    /// with limits set from the study's validation records.
     #[arg(long)]
     pub(super) monitor: bool,
     /// Mean time between the monitor's false alarms, in days.
@@ -52,8 +53,9 @@ pub(crate) struct Replay {
     /// Exit with code 4 when the monitor raised an alarm, or was suspicious, over any record.
     #[arg(long, value_name = "STATE", requires = "monitor")]
     pub(super) fail_on: Option<FailOn>,
-    /// Write the frames that the device would send, streaming every sample, for `jointwatch monitor`, the residual around an alarm
-    /// among them; needs --record in a study of several.
+    /// Write the frames that the device would send, streaming every sample, for `jointwatch
+    /// monitor`, the residual around an alarm among them; needs --record in a study of
+    /// several.
     #[arg(long, value_name = "FILE")]
     pub(super) frames: Option<PathBuf>,
 }

@@ -1,4 +1,5 @@
-//! `jointwatch emulate --serve`: the emulated device that runs on and on, and the words that change its joint.
+//! `jointwatch emulate --serve`: the emulated device that runs on and on, and the words that change
+//! its joint.
 
 use crate::cli::console::Console;
 use crate::emulate::device::EmulatedDevice;
@@ -24,7 +25,8 @@ pub(super) struct Service<'a> {
     pub(super) change: Option<(&'a str, f64)>,
 }
 
-/// The record that is driven in a loop where none is named: the first validation record, or the first of all.
+/// The record that is driven in a loop where none is named: the first validation record, or the
+/// first of all.
 pub(super) fn driven<'a>(records: &[&'a Record]) -> Result<&'a Record> {
     let validates = records.iter().find(|r| r.role == Role::Validate);
     let record = validates.or(records.first()).copied();

@@ -21,7 +21,8 @@ pub(crate) struct Sign {
     rig: Option<PathBuf>,
     #[command(flatten)]
     signer: Signer,
-    /// The number of this release, larger than that of what runs on the device; the time in seconds when left out.
+    /// The number of this release, larger than that of what runs on the device; the time in
+    /// seconds when left out.
     #[arg(long, value_name = "N")]
     release: Option<u32>,
     /// The class of devices that the firmware was built for with JOINTWATCH_DEVICE_CLASS.
@@ -38,7 +39,8 @@ pub(super) struct Signer {
     /// The private key that `keygen` wrote.
     #[arg(long, value_name = "FILE")]
     key: Option<PathBuf>,
-    /// Sign with the key that everybody knows, for firmware that was built without one of your own.
+    /// Sign with the key that everybody knows, for firmware that was built without one of your
+    /// own.
     #[arg(long)]
     development_key: bool,
 }

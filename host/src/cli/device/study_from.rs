@@ -11,12 +11,14 @@ use std::path::PathBuf;
 /// Options of `jointwatch study-from`.
 #[derive(Args)]
 pub(crate) struct StudyFrom {
-    /// What a device sent: frames that `capture` or `replay --frames` wrote, or that were recorded from its line.
+    /// What a device sent: frames that `capture` or `replay --frames` wrote, or that were recorded
+    /// from its line.
     frames: PathBuf,
     /// The rig block that the device runs with.
     #[arg(long, value_name = "FILE")]
     rig: PathBuf,
-    /// The blob that it runs with, when that corrects force channels: the records then hold them as measured.
+    /// The blob that it runs with, when that corrects force channels: the records then hold them
+    /// as measured.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
     /// The folder to make; it must not exist yet, or be empty.

@@ -16,7 +16,8 @@ use std::path::PathBuf;
 pub(crate) struct Upload {
     /// The signed model that `sign` wrote.
     model: PathBuf,
-    /// The serial port (/dev/ttyUSB0, COM3), or tcp:HOST:PORT or unix:PATH for an emulator's socket.
+    /// The serial port (/dev/ttyUSB0, COM3), or tcp:HOST:PORT or unix:PATH for an emulator's
+    /// socket.
     #[arg(long, value_name = "PORT")]
     port: String,
     /// Bits per second of a serial port; the default is what the firmware speaks.

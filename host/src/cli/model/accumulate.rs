@@ -1,4 +1,5 @@
-//! `jointwatch accumulate`: sum records into a part, from which and others a model is made without the records.
+//! `jointwatch accumulate`: sum records into a part, from which and others a model is made without
+//! the records.
 
 use crate::cli::console::Console;
 use crate::fit::sums::{Part, Plan};
@@ -10,15 +11,18 @@ use clap::Args;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Records that are read before their sums are added up: what bounds the memory beside the records themselves.
+/// Records that are read before their sums are added up: what bounds the memory beside the records
+/// themselves.
 const AT_A_TIME: usize = 64;
 
 /// Options of `jointwatch accumulate`.
 #[derive(Args)]
 pub(crate) struct Accumulate {
-    /// The study: its study.toml, or the folder that holds it. Its training records set the filters and what the sums are normalised by.
+    /// The study: its study.toml, or the folder that holds it. Its training records set the
+    /// filters and what the sums are normalised by.
     study: PathBuf,
-    /// Logs to sum in place of the study's training records, with the channels that study.toml describes.
+    /// Logs to sum in place of the study's training records, with the channels that study.toml
+    /// describes.
     #[arg(value_name = "RECORD")]
     records: Vec<PathBuf>,
     /// Where to write the sums.

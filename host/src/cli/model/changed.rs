@@ -14,9 +14,11 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Change {
     /// The model of the joint as it was.
     old: PathBuf,
-    /// The study with records of the joint as it is now; those that the old model was made with are recognised and left out.
+    /// The study with records of the joint as it is now; those that the old model was made with
+    /// are recognised and left out.
     study: PathBuf,
-    /// A model of the joint as it is now; without it the old model's effects are fitted anew to the new records.
+    /// A model of the joint as it is now; without it the old model's effects are fitted anew to
+    /// the new records.
     new: Option<PathBuf>,
     #[command(flatten)]
     report: Report,

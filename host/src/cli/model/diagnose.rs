@@ -1,4 +1,5 @@
-//! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with everything that was missing.
+//! `jointwatch diagnose`: which physical effect a model lacks; with `--apply`, the model with
+//! everything that was missing.
 
 use super::staircase;
 use crate::cli::console::Console;
@@ -23,7 +24,8 @@ pub(crate) struct Diagnose {
     study: PathBuf,
     /// The model that `identify` or `add` wrote.
     model: PathBuf,
-    /// Add what is missing, diagnose again, and so on until nothing is missing; shows the staircase of errors.
+    /// Add what is missing, diagnose again, and so on until nothing is missing; shows the
+    /// staircase of errors.
     #[arg(long)]
     apply: bool,
     /// Where --apply writes the model; the model's own name with -added when left out.
@@ -32,7 +34,8 @@ pub(crate) struct Diagnose {
     /// An effect that is not to be thought of; may be given several times.
     #[arg(long, value_name = "EFFECT")]
     without: Vec<String>,
-    /// List every set of effects that was looked at, how well it predicts, and why it was not chosen.
+    /// List every set of effects that was looked at, how well it predicts, and why it was not
+    /// chosen.
     #[arg(long)]
     explain: bool,
     #[command(flatten)]
@@ -208,7 +211,8 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     Ok(())
 }
 
-/// What was found: effects of the joint are missing, faults of the instruments are said for what they are.
+/// What was found: effects of the joint are missing, faults of the instruments are said for what
+/// they are.
 fn told(diagnosis: &Diagnosis, found: &[String]) -> String {
     let (instruments, joint): (Vec<_>, Vec<_>) = found
         .iter()
@@ -332,7 +336,8 @@ fn values(candidate: &Ranked) -> String {
     )
 }
 
-/// What these records cannot tell from a candidate, and the experiment that would; nothing when it has no look-alike.
+/// What these records cannot tell from a candidate, and the experiment that would; nothing when it
+/// has no look-alike.
 fn in_one_group(candidate: &Ranked) -> Option<String> {
     if candidate.equivalent.is_empty() {
         return None;

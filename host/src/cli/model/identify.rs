@@ -25,9 +25,11 @@ use std::path::{Path, PathBuf};
 enum Kind {
     /// Powers and products of the states: 256 terms per axis for two axes, 16 for one.
     Polynomial,
-    /// A layer of tanh neurons that all axes share, trained from several random starts; Ctrl-C keeps the best weights so far.
+    /// A layer of tanh neurons that all axes share, trained from several random starts; Ctrl-C
+    /// keeps the best weights so far.
     Network,
-    /// A sum of physical effects, those of the study's [base] terms, with a value, unit and interval for every parameter.
+    /// A sum of physical effects, those of the study's [base] terms, with a value, unit and
+    /// interval for every parameter.
     Physical,
 }
 
@@ -38,7 +40,8 @@ enum Fit {
     Ridge,
     /// Plain least squares, as in the paper.
     LeastSquares,
-    /// Few terms of total degree up to 6, chosen by orthogonal forward selection and the same cross-validation.
+    /// Few terms of total degree up to 6, chosen by orthogonal forward selection and the same
+    /// cross-validation.
     Select,
 }
 
@@ -47,7 +50,8 @@ enum Fit {
 enum Criterion {
     /// The equation of motion at the measured states.
     Equation,
-    /// The measured motion: refines a physical model or a polynomial until the motion that `respond` simulates fits.
+    /// The measured motion: refines a physical model or a polynomial until the motion that
+    /// `respond` simulates fits.
     Simulation,
 }
 
@@ -65,7 +69,8 @@ struct Printed<'a> {
 pub(crate) struct Identify {
     /// The study: its study.toml, or the folder that holds it; may be left out with --from.
     study: Option<PathBuf>,
-    /// Learn from sums that `accumulate` or `merge` wrote; a study beside them is what the errors are measured on.
+    /// Learn from sums that `accumulate` or `merge` wrote; a study beside them is what the errors
+    /// are measured on.
     #[arg(long, value_name = "FILE")]
     from: Option<PathBuf>,
     /// Which kind of model to learn.
@@ -74,12 +79,12 @@ pub(crate) struct Identify {
     /// How to find the coefficients of a polynomial [default: ridge].
     #[arg(long, value_enum)]
     fit: Option<Fit>,
-    /// Highest exponent of each state in a polynomial, 0 to 3: m,n,o,p for two axes (x, velocity of x, phi, velocity of
-    /// phi), m,n for one, m,n,o with an input; 3 each when left out.
+    /// Highest exponent of each state in a polynomial, 0 to 3: m,n,o,p for two axes (x, velocity
+    /// of x, phi, velocity of phi), m,n for one, m,n,o with an input; 3 each when left out.
     #[arg(long, value_name = "M,N[,O[,P]]", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(0..=3))]
     order: Option<Vec<u8>>,
-    /// The input of the study that a polynomial or a network of one axis takes as its third state, or none; the study's only one when
-    /// left out.
+    /// The input of the study that a polynomial or a network of one axis takes as its third state,
+    /// or none; the study's only one when left out.
     #[arg(long, value_name = "NAME")]
     input: Option<String>,
     /// What the model is made to fit.
@@ -253,7 +258,8 @@ impl Identify {
     }
 }
 
-/// Prints both errors before and after; what speaks against a refinement that was kept is among the model's warnings.
+/// Prints both errors before and after; what speaks against a refinement that was kept is among the
+/// model's warnings.
 fn say_refinement(console: &Console, refinement: &Refinement, study: &Study) -> Result<()> {
     console.say(format!("\n{}", refine::in_words(refinement, study)))?;
     if !refinement.kept {

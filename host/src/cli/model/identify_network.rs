@@ -1,4 +1,5 @@
-//! `jointwatch identify --model network`: its options, its progress, Ctrl-C, and what it says about a training.
+//! `jointwatch identify --model network`: its options, its progress, Ctrl-C, and what it says about
+//! a training.
 
 use crate::cli::console::Console;
 use crate::fit::identify::{self, Identified, Training};
@@ -18,11 +19,12 @@ use std::time::Instant;
 /// Options that only a network has.
 #[derive(Args)]
 pub(super) struct NetworkArguments {
-    /// Neurons of a network's hidden layer, or "auto": as many as leaving out one training record at a time asks for
-    /// [default: 40].
+    /// Neurons of a network's hidden layer, or "auto": as many as leaving out one training record
+    /// at a time asks for [default: 40].
     #[arg(long, value_name = "N|auto", value_parser = neurons)]
     neurons: Option<Neurons>,
-    /// Trainings of a network from different random weights, of which the best is kept [default: 5].
+    /// Trainings of a network from different random weights, of which the best is kept [default:
+    /// 5].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
     restarts: Option<u16>,
     /// Seed of a network's first weights [default: 1].

@@ -19,10 +19,12 @@ pub(crate) struct Respond {
     /// Only this record, as study.toml names it; all of them when left out.
     #[arg(long, value_name = "FILE")]
     record: Option<String>,
-    /// Start anew from the measured motion every so many seconds: how well the model looks that far ahead.
+    /// Start anew from the measured motion every so many seconds: how well the model looks that
+    /// far ahead.
     #[arg(long, value_name = "SECONDS")]
     restart: Option<f64>,
-    /// Drive the body by the logged force also where the study was simulated and its whole rig could be.
+    /// Drive the body by the logged force also where the study was simulated and its whole rig
+    /// could be.
     #[arg(long)]
     measured: bool,
     /// Write simulated and measured states as CSV; needs --record in a study of several.

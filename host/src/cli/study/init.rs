@@ -21,8 +21,8 @@ pub(crate) struct Init {
     /// Ask nothing: take every guess and mark it "# guessed".
     #[arg(long)]
     yes: bool,
-    /// Say which column is what: ROLE is time (time=none: a quasi-static log), displacement, velocity, acceleration or force; may be
-    /// given several times.
+    /// Say which column is what: ROLE is time (time=none: a quasi-static log), displacement,
+    /// velocity, acceleration or force; may be given several times.
     #[arg(long = "column", value_name = "ROLE=COLUMN", value_parser = role)]
     columns: Vec<(String, String)>,
     /// Samples per second, where no column counts the time.

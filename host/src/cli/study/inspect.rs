@@ -21,8 +21,8 @@ use std::path::PathBuf;
 /// Options of `jointwatch inspect`.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// A log in any format that can be read (`-`: from standard input), a model.json that `identify` wrote, or a blob or a
-    /// rig block that `export` wrote.
+    /// A log in any format that can be read (`-`: from standard input), a model.json that
+    /// `identify` wrote, or a blob or a rig block that `export` wrote.
     pub(super) file: PathBuf,
 }
 
@@ -43,7 +43,8 @@ impl Inspect {
             console.say(survey::in_words(&log, true))?;
             return console.json(&survey::as_json(&log));
         }
-        // A model file is JSON, so it begins with a brace; a blob never does, and says itself what is wrong with it.
+        // A model file is JSON, so it begins with a brace; a blob never does, and says itself what
+        // is wrong with it.
         if bytes.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{') {
             let model = ModelFile::read(&self.file)?;
             console.say(model_in_words(&model))?;

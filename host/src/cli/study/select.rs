@@ -1,4 +1,5 @@
-//! `jointwatch select`: a smaller study of many records, which keeps segments that cover state space, amplitude and time.
+//! `jointwatch select`: a smaller study of many records, which keeps segments that cover state
+//! space, amplitude and time.
 
 use crate::cli::console::Console;
 use crate::fit::sums::{Choice, Plan, Selection};
@@ -20,9 +21,11 @@ const MAX_AT_ONCE: usize = 2;
 /// Options of `jointwatch select`.
 #[derive(Args)]
 pub(crate) struct Select {
-    /// The study: its study.toml, or the folder that holds it. Its training records say what the ranges are.
+    /// The study: its study.toml, or the folder that holds it. Its training records say what the
+    /// ranges are.
     study: PathBuf,
-    /// Logs to choose from in place of the study's training records; or folders that `select` wrote, to choose from their segments.
+    /// Logs to choose from in place of the study's training records; or folders that `select`
+    /// wrote, to choose from their segments.
     #[arg(value_name = "RECORD|FOLDER")]
     records: Vec<PathBuf>,
     /// How many segments to keep; of four one is validated on.
@@ -95,7 +98,8 @@ impl Select {
     }
 }
 
-/// Adds the segments of a study with logs that are too long to be held in memory, stretch by stretch; gives why some were left out.
+/// Adds the segments of a study with logs that are too long to be held in memory, stretch by
+/// stretch; gives why some were left out.
 fn add_stretches(
     selection: &mut Selection,
     long: &LongStudy,
@@ -140,7 +144,8 @@ struct Sound {
     refused: Vec<String>,
 }
 
-/// A stretch of a log without what is refused of it: of hours one damaged row must not cost more than the segment that it is in.
+/// A stretch of a log without what is refused of it: of hours one damaged row must not cost more
+/// than the segment that it is in.
 fn sound(
     read: &impl Fn(Range<usize>) -> Result<Study>,
     rows: Range<usize>,

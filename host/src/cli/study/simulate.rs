@@ -21,13 +21,15 @@ pub(crate) struct Simulate {
     /// Seed of the drives and the noise.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Draw the rig's masses, stiffnesses, clearances and coupling around the documented ones, by this seed.
+    /// Draw the rig's masses, stiffnesses, clearances and coupling around the documented ones, by
+    /// this seed.
     #[arg(long, value_name = "N")]
     vary: Option<u64>,
     /// Length of each record, s.
     #[arg(long, value_name = "S", default_value_t = SimulationOptions::default().duration_s)]
     duration: f64,
-    /// An effect that the rig has and its study does not list, e.g. jenkins@x; the axes are x and phi.
+    /// An effect that the rig has and its study does not list, e.g. jenkins@x; the axes are x and
+    /// phi.
     #[arg(long, value_name = "EFFECT@AXIS")]
     hidden: Option<String>,
     /// RMS of the hidden effect's force over RMS of the restoring force.

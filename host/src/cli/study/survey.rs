@@ -1,4 +1,5 @@
-//! A log that was looked at, as `inspect` and `init` show it: its channels, and a small plot of each.
+//! A log that was looked at, as `inspect` and `init` show it: its channels, and a small plot of
+//! each.
 
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::text::table::{Table, short};

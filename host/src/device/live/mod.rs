@@ -1,7 +1,9 @@
-//! A device as it is now: fed with what is heard of it, and shown by the terminal and by the lab's page alike.
+//! A device as it is now: fed with what is heard of it, and shown by the terminal and by the lab's
+//! page alike.
 //!
-//! Nothing is computed here of the joint: the device has judged. What it says is kept, put into words, and thinned for plots.
-//! Everything that is text has been made printable, as the line may carry anything.
+//! Nothing is computed here of the joint: the device has judged. What it says is kept, put into
+//! words, and thinned for plots. Everything that is text has been made printable, as the line may
+//! carry anything.
 
 mod picture;
 mod trace;
@@ -40,7 +42,8 @@ pub struct LiveView {
     introduced: Option<String>,
     status: Option<Status>,
     health: Option<Health>,
-    /// The alarm that is not acknowledged, and the statuses since it was told last: it comes with every status while it stands.
+    /// The alarm that is not acknowledged, and the statuses since it was told last: it comes with
+    /// every status while it stands.
     alarm: Option<(String, u32)>,
     traces: [Trace; 2],
     happened: VecDeque<Happened>,
@@ -324,7 +327,8 @@ impl LiveView {
         }
     }
 
-    /// Notes the newest sample. A device whose samples are numbered from lower down has restarted while the line was lost.
+    /// Notes the newest sample. A device whose samples are numbered from lower down has restarted
+    /// while the line was lost.
     fn count(&mut self, sample: u64) {
         let newest = self.sample.unwrap_or(0);
         if sample.saturating_add(OVERTAKEN) < newest {

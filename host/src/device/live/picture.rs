@@ -1,11 +1,13 @@
-//! What is to be read on a live view, in words and numbers: the same for the terminal and for the page.
+//! What is to be read on a live view, in words and numbers: the same for the terminal and for the
+//! page.
 
 use serde::Serialize;
 
 /// How the joint and its device are now.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Picture {
-    /// The joint in one word: `healthy`, `suspect`, `alarm`, `not judged`, or `silent` where nothing comes.
+    /// The joint in one word: `healthy`, `suspect`, `alarm`, `not judged`, or `silent` where
+    /// nothing comes.
     pub state: String,
     /// Why.
     pub reason: String,
@@ -46,7 +48,8 @@ pub struct AxisPicture {
     pub age_s: Option<f64>,
     /// Part of the recent time that was judged, percent.
     pub judged_percent: f64,
-    /// How far a change of the joint is, percent of its limit; the device tells it from three quarters of the limit on.
+    /// How far a change of the joint is, percent of its limit; the device tells it from three
+    /// quarters of the limit on.
     pub limit_percent: Option<f64>,
     /// NMSE over the last 16 blocks and the last 1024, percent.
     pub nmse_percent: [Option<f64>; 2],

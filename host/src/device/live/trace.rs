@@ -1,4 +1,5 @@
-//! The forces of the last seconds, thinned so that peaks stay: a plot costs the same at 10 samples a second and at 5000.
+//! The forces of the last seconds, thinned so that peaks stay: a plot costs the same at 10 samples
+//! a second and at 5000.
 
 use serde::Serialize;
 use std::collections::VecDeque;
@@ -12,7 +13,8 @@ const COLUMNS: u64 = 600;
 /// Seconds between two points of the loop at least, and the most points: the last two seconds.
 const LOOP_S: f64 = 0.002;
 const LOOP_POINTS: usize = 1000;
-/// Samples for which displacements are kept, until the force that belongs to them comes; the longest filters have fewer taps.
+/// Samples for which displacements are kept, until the force that belongs to them comes; the
+/// longest filters have fewer taps.
 const WAITING: usize = 4096;
 
 /// One sample's forces, N or N·m.
@@ -88,7 +90,8 @@ impl Trace {
         self.waiting.push_back((sample, counts));
     }
 
-    /// The forces of a sample, `rate_hz` samples a second; `delay` samples lie between their instant and the sample's own.
+    /// The forces of a sample, `rate_hz` samples a second; `delay` samples lie between their
+    /// instant and the sample's own.
     pub(super) fn add(&mut self, sample: u64, delay: u64, rate_hz: f64, forces: Forces) {
         let of = sample.saturating_sub(delay);
         let time_s = of as f64 / rate_hz;
@@ -135,7 +138,8 @@ impl Trace {
         }
     }
 
-    /// The displacement at a sample, between the two that were read around it; forgets what came before.
+    /// The displacement at a sample, between the two that were read around it; forgets what came
+    /// before.
     fn displacement_at(&mut self, sample: u64) -> Option<f64> {
         while self.waiting.get(1).is_some_and(|(at, _)| *at <= sample) {
             self.waiting.pop_front();

@@ -1,22 +1,27 @@
-//! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy joint.
+//! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy
+//! joint.
 
 use super::figures::{GROSS, MIN_BLOCKS, mean};
 use jointwatch_shared::monitor::limits::MAX_CUSUM;
 use jointwatch_shared::monitor::{MAX_OF_SHARE, OCTAVE, least_blocks, most_of_block};
 use serde::Serialize;
 
-/// Blocks in a row over which increments are summed up: how they hang together shows in the sums of several. How well a model
-/// does, which is what the error tells, hangs together for longer than which way it is wrong.
+/// Blocks in a row over which increments are summed up: how they hang together shows in the sums of
+/// several. How well a model does, which is what the error tells, hangs together for longer than
+/// which way it is wrong.
 const GROUPS: [usize; 3] = [1, 2, 4];
 const GROUPS_OF_ERROR: [usize; 5] = [1, 2, 4, 8, 16];
-/// What one block may add at least to the sum of the error, in octaves of power, and to that of a gross change.
+/// What one block may add at least to the sum of the error, in octaves of power, and to that of a
+/// gross change.
 const MIN_STEP_OCTAVES: f64 = 1.5;
 const MIN_GROSS_STEP_OCTAVES: f64 = 1.0;
 /// Where the drift may lie between the healthy mean and that of a changed joint.
 const PARTS_OF_SHIFT: [f64; 7] = [0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5];
-/// What of the shift a changed joint shows at least, as it moves less than before or its friction is dry.
+/// What of the shift a changed joint shows at least, as it moves less than before or its friction
+/// is dry.
 const SHOWN_OF_SHIFT: f64 = 0.7;
-/// Standard deviations of its own uncertainty by which a mean or a variance is taken larger than it came out.
+/// Standard deviations of its own uncertainty by which a mean or a variance is taken larger than it
+/// came out.
 const CAUTION: f64 = 2.0;
 /// The part of a statistic's highest values to which the exponential tail is fitted.
 const TAIL: f64 = 0.1;
@@ -99,7 +104,8 @@ pub(super) fn gross_threshold(
         all: &all,
         validation: &[],
     };
-    // A lower threshold lets a block add less, which in turn is what allows for a lower threshold: the least that its own step bears.
+    // A lower threshold lets a block add less, which in turn is what allows for a lower threshold:
+    // the least that its own step bears.
     let step_of = |threshold: f64| f64::from(most_of_block(side, threshold.ceil() as i32));
     let mut threshold = from.least();
     for _ in 0..ROUNDS {
@@ -129,8 +135,8 @@ impl Evidence<'_> {
     /// With the drift at this part of the shift.
     fn limit(&self, part: f64) -> Healthy {
         let drift = self.mean + part * self.shift;
-        // What a block may add depends on the threshold, and the threshold on it: a step that is larger than the one that
-        // the device will take is on the safe side.
+        // What a block may add depends on the threshold, and the threshold on it: a step that is
+        // larger than the one that the device will take is on the safe side.
         let step_of = |threshold: f64| f64::from(most_of_block(self.side, threshold.ceil() as i32));
         let (unheld, _) = self.threshold(drift, f64::INFINITY);
         let (threshold, spread) = self.threshold(drift, step_of(unheld));
@@ -147,28 +153,32 @@ impl Evidence<'_> {
         }
     }
 
-    /// The threshold when a block adds `most` at most, and the root of the increments' long-run variance.
+    /// The threshold when a block adds `most` at most, and the root of the increments' long-run
+    /// variance.
     fn threshold(&self, drift: f64, most: f64) -> (f64, f64) {
         let moved = |record: &&Vec<f64>| -> Vec<f64> {
             let by = self.mean - mean(record) - drift;
             record.iter().map(|y| (y + by).min(most)).collect()
         };
         let increments: Vec<Vec<f64>> = self.all.iter().map(moved).collect();
-        // The device's sum takes steps down as they come. One whose steps down are held as those up are is never below it, so what is
-        // true of how rarely that one rises is true of the device's; and a model that is now and then wrong by far the other way, as a
+        // The device's sum takes steps down as they come. One whose steps down are held as those up
+        // are is never below it, so what is true of how rarely that one rises is true of
+        // the device's; and a model that is now and then wrong by far the other way, as a
         // polynomial is, does not count for one that wanders.
         let held = |record: &Vec<f64>| record.iter().map(|z| z.max(-most)).collect();
         let held: Vec<Vec<f64>> = increments.iter().map(held).collect();
         let (variance, length) = long_run_variance(&held.iter().collect::<Vec<_>>());
         let flat: Vec<f64> = held.iter().flatten().copied().collect();
-        // Independent values that the blocks are worth; a variance from n of them is off by √(2/n) of itself.
+        // Independent values that the blocks are worth; a variance from n of them is off by √(2/n)
+        // of itself.
         let worth = (flat.len() as f64 / length).max(2.0);
         let variance = variance * (1.0 + CAUTION * (2.0 / worth).sqrt());
         let gaussian = -2.0 * mean(&flat) / variance.max(1e-9);
         let of_error = self.side == 0;
         let groups: &[usize] = if of_error { &GROUPS_OF_ERROR } else { &GROUPS };
-        // A healthy joint is so far from a gross change that none of its blocks is held. What a longer look would show is: the tail
-        // ends where the device's steps do. How blocks hang together is taken from held steps: by how much a healthy block is
+        // A healthy joint is so far from a gross change that none of its blocks is held. What a
+        // longer look would show is: the tail ends where the device's steps do. How blocks
+        // hang together is taken from held steps: by how much a healthy block is
         // below the drift wanders by many of them, and says nothing about how the sum would rise.
         let is_gross = GROSS.contains(&self.side);
         let reach = if is_gross { most } else { f64::INFINITY };
@@ -198,9 +208,9 @@ impl Evidence<'_> {
     }
 }
 
-/// σ²·(1 + 2·Σρ_k): how fast the variance of a sum of blocks grows, never less than that of one block, and how many blocks
-/// are worth one independent value. Lags up to twice the cube root of their number, with Bartlett's weights (Newey and West,
-/// Econometrica 55, 1987, 703–708).
+/// σ²·(1 + 2·Σρ_k): how fast the variance of a sum of blocks grows, never less than that of one
+/// block, and how many blocks are worth one independent value. Lags up to twice the cube root of
+/// their number, with Bartlett's weights (Newey and West, Econometrica 55, 1987, 703–708).
 fn long_run_variance(records: &[&Vec<f64>]) -> (f64, f64) {
     let count: usize = records.iter().map(|s| s.len()).sum();
     let middle = records.iter().copied().flatten().sum::<f64>() / count.max(1) as f64;
@@ -221,9 +231,10 @@ fn long_run_variance(records: &[&Vec<f64>]) -> (f64, f64) {
     (long_run, (long_run / variance.max(1e-12)).max(1.0))
 }
 
-/// The root θ of E exp(θ·Z) = 1 for Z the sum of `group` increments in a row: the records' own sums in the body, and beyond
-/// their highest tenth an exponential with the mean excess found there, taken larger by its uncertainty, up to `reach` per increment.
-/// Infinite when that tenth is one value that is not above 0.
+/// The root θ of E exp(θ·Z) = 1 for Z the sum of `group` increments in a row: the records' own sums
+/// in the body, and beyond their highest tenth an exponential with the mean excess found there,
+/// taken larger by its uncertainty, up to `reach` per increment. Infinite when that tenth is one
+/// value that is not above 0.
 fn tail_rate(records: &[Vec<f64>], group: usize, reach: f64) -> f64 {
     let mut sums: Vec<f64> = records
         .iter()
@@ -245,7 +256,8 @@ fn tail_rate(records: &[Vec<f64>], group: usize, reach: f64) -> f64 {
     if excess <= 0.0 {
         return f64::INFINITY;
     }
-    // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds: before 1/excess where nothing is held.
+    // The moment is 1 at 0, falls when the mean is negative, and grows beyond all bounds: before
+    // 1/excess where nothing is held.
     let (mut low, mut high) = (0.0, 1.0 / excess);
     while moment(high) < 1.0 && high < MAX_RATE {
         high *= 2.0;

@@ -6,10 +6,12 @@ use crate::study::{Record, Study};
 use crate::text::error::Result;
 use jointwatch_shared::base::Model;
 
-/// What drifts: all forces, or all displacements, which are a joint that is softer or stiffer throughout.
+/// What drifts: all forces, or all displacements, which are a joint that is softer or stiffer
+/// throughout.
 const QUANTITIES: [&str; 2] = ["force", "displacement"];
 
-/// Goes through every record with its forces, and with its displacements, larger and smaller by this part; through none where it is 0.
+/// Goes through every record with its forces, and with its displacements, larger and smaller by
+/// this part; through none where it is 0.
 ///
 /// One at a time: a long study would not fit the memory five times.
 ///
@@ -30,7 +32,8 @@ pub(super) fn each(
             for sign in [1.0, -1.0] {
                 let record = drifted(record, quantity, sign * part);
                 let mut chained = ChainedRecord::new(&record, set_up, model);
-                // What is usual, and how a healthy joint's figures go with its motion, is as it was logged.
+                // What is usual, and how a healthy joint's figures go with its motion, is as it was
+                // logged.
                 chained.validation = false;
                 look(&chained)?;
             }

@@ -1,20 +1,27 @@
-//! The monitor's limits, from how a healthy joint's validation records look after the device's own integers.
+//! The monitor's limits, from how a healthy joint's validation records look after the device's own
+//! integers.
 //!
-//! Every record runs through the chain and the monitor itself; what the monitor sums up per block is what the limits are
-//! set on. `docs/explanation/monitor.md` derives the formulas; in short, per statistic y and side:
+//! Every record runs through the chain and the monitor itself; what the monitor sums up per block
+//! is what the limits are set on. `docs/explanation/monitor.md` derives the formulas; in short, per
+//! statistic y and side:
 //!
-//! - in-control mean μ: the largest over the records (a model is better on one than on another), plus its own uncertainty;
-//! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the error, and for stiffness and friction
-//!   that part with which the change is found soonest;
+//! - in-control mean μ: the largest over the records (a model is better on one than on another),
+//!   plus its own uncertainty;
+//! - drift = μ + a part of the shift that a change by 10 % of the RMS force makes: a half for the
+//!   error, and for stiffness and friction that part with which the change is found soonest;
 //! - increments z = min(y − drift, c), as the device holds them, as if every record had the mean μ;
-//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of 1, 2, 4 (and for the error 8 and
-//!   16) blocks in a row of any record, whose highest tenth an exponential continues, and the Gaussian −2·E z/σ² with the long-run
-//!   variance of all records' z, steps down held to c as well, and its own uncertainty; the smallest counts;
+//! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of
+//!   1, 2, 4 (and for the error 8 and
+//!   16) blocks in a row of any record, whose highest tenth an exponential continues, and the
+//!       Gaussian −2·E z/σ² with the long-run
+//!   variance of all records' z, steps down held to c as well, and its own uncertainty; the
+//! smallest counts;
 //! - threshold = ln(blocks between false alarms × statistics)/θ, and never under a least one.
 //!
-//! A stated drift of gain and stiffness is taken for healthy: every record counts once more with its forces, and once more with its
-//! displacements, larger and smaller by that part. What was set is tried on the records it was set from, drifted ones included, and raised
-//! where one of them comes near an alarm.
+//! A stated drift of gain and stiffness is taken for healthy: every record counts once more with
+//! its forces, and once more with its displacements, larger and smaller by that part. What was set
+//! is tried on the records it was set from, drifted ones included, and raised where one of them
+//! comes near an alarm.
 
 mod calibration;
 mod chained;
@@ -47,7 +54,8 @@ use rate::block;
 const CHANGE: f64 = 0.1;
 /// The least drift above the healthy mean of the error, in octaves of power.
 const MIN_GROWTH_OCTAVES: f64 = 0.5;
-/// Share of the time outside the training range that is suspect, in 1/1000, where the validation records ask for no more.
+/// Share of the time outside the training range that is suspect, in 1/1000, where the validation
+/// records ask for no more.
 const OUTSIDE_PERMILLE: f64 = 200.0;
 /// What the limits are for, besides a model on a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,8 +71,9 @@ pub struct Purpose {
 /// Sets the limits for a model on the rig of a study.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study has no validation record or too little of it moves inside the training range,
-/// and when a monitor with these limits raises an alarm on the very records they were set from.
+/// [`crate::text::error::Kind::Data`] when the study has no validation record or too little of it
+/// moves inside the training range, and when a monitor with these limits raises an alarm on the
+/// very records they were set from.
 pub fn limits(
     study: &Study,
     set_up: &SetUp,
@@ -211,8 +220,8 @@ fn validation(chained_records: &[ChainedRecord]) -> impl Iterator<Item = &Chaine
     chained_records.iter().filter(|chained| chained.validation)
 }
 
-/// Powers of force and states, the sign of the axis, and how far a channel goes when it moves; cumulative sums that never
-/// end, for the run that measures what they are to be.
+/// Powers of force and states, the sign of the axis, and how far a channel goes when it moves;
+/// cumulative sums that never end, for the run that measures what they are to be.
 fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
     let force_of = |chained: &ChainedRecord| -> Vec<f64> {
         let outputs = chained.samples.iter().filter_map(|(_, o)| o.as_ref());
@@ -365,7 +374,8 @@ fn series(seen: &[Seen], axis: usize, limits: &AxisLimits, log_values: u32) -> V
     seen.iter().map(of_record).collect()
 }
 
-/// The slopes of error, stiffness and friction over the level of motion by least squares, on the validation records.
+/// The slopes of error, stiffness and friction over the level of motion by least squares, on the
+/// validation records.
 fn per_octave(series: &[Series]) -> [i32; 3] {
     let judged = || series.iter().filter(|s| s.validation);
     let levels: Vec<f64> = judged().flat_map(|s| s.levels.iter().copied()).collect();
@@ -430,7 +440,8 @@ mod tests {
 
     #[test]
     fn the_usual_rig_is_judged_at_every_fourth_sample() {
-        // The self-test counts instructions on one of 129 taps, more than this has: `jointwatch_shared::selftest::chain`.
+        // The self-test counts instructions on one of 129 taps, more than this has:
+        // `jointwatch_shared::selftest::chain`.
         let filters = Filters::for_bands(1000.0, 70.0, 250.0).unwrap();
         assert_eq!((filters.band.len(), band_every_log2(&filters)), (111, 2));
         // A block of the monitor would sum up too few where the band allows more.

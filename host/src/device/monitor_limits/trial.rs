@@ -15,7 +15,8 @@ use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, SIDES};
 const NEAREST: f64 = 0.7;
 /// What a threshold may be raised by at most before the record is doubted, as a factor.
 const MAX_RAISED: f64 = 4.0;
-/// A sum stops at one and a half thresholds, so that one of them is raised by about as much at a time.
+/// A sum stops at one and a half thresholds, so that one of them is raised by about as much at a
+/// time.
 const ROUNDS: usize = 5;
 /// The sums in words, in the monitor's order.
 const WORDS: [&str; SIDES] = [
@@ -34,7 +35,8 @@ type Peaks = [[(f64, String); SIDES]; 2];
 /// Raises every threshold that a record of the study comes near to.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] with record, axis and sum when a threshold would have to be raised too far.
+/// [`crate::text::error::Kind::Data`] with record, axis and sum when a threshold would have to be
+/// raised too far.
 pub(super) fn raise(
     calibration: &mut Calibration,
     study: &Study,

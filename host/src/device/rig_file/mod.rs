@@ -1,4 +1,5 @@
-//! `rig.toml`: how the sensors of a rig are wired and what their counts are worth, in people's units.
+//! `rig.toml`: how the sensors of a rig are wired and what their counts are worth, in people's
+//! units.
 
 mod accelerometers;
 mod keys;
@@ -22,9 +23,11 @@ use toml::Spanned;
 
 /// Standard gravity, m/s² (CGPM 1901).
 const GRAVITY: f64 = 9.806_65;
-/// ADXL355, sensitivity at ±2.048 g, counts per g; each wider range halves it (data sheet, table "Specifications").
+/// ADXL355, sensitivity at ±2.048 g, counts per g; each wider range halves it (data sheet, table
+/// "Specifications").
 const COUNTS_PER_G: f64 = 256_000.0;
-/// ADS131M04, reference voltage: full scale is ± this over the gain (SBAS890, "Electrical Characteristics").
+/// ADS131M04, reference voltage: full scale is ± this over the gain (SBAS890, "Electrical
+/// Characteristics").
 const REFERENCE_V: f64 = 1.2;
 /// Codes from 0 to full scale of its 24 bits.
 const CONVERTER_FULL_SCALE: f64 = (1 << 23) as f64;
@@ -280,7 +283,8 @@ fn displacement_step(source: &Source<'_>, entry: &AxisEntry, kind: AxisKind) -> 
     }
 }
 
-/// What a count of an input is worth, and what it is at count 0; a falling one has its sign in the channel.
+/// What a count of an input is worth, and what it is at count 0; a falling one has its sign in the
+/// channel.
 fn input_scale(source: &Source<'_>, input: &InputEntry, volts_per_code: f64) -> Result<(f64, f64)> {
     let per_v = positive(source, "per_V", &input.per_v)?;
     if !input.at_0_v.is_finite() {

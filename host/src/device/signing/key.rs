@@ -1,4 +1,5 @@
-//! Ed25519 keys as files: the private one stays with the engineer, the public one is built into the firmware.
+//! Ed25519 keys as files: the private one stays with the engineer, the public one is built into the
+//! firmware.
 
 use crate::text::error::{Error, Result};
 use crate::text::hexadecimal::hexadecimal;
@@ -13,8 +14,8 @@ const PRIVATE: &str = "jointwatch private key ed25519 ";
 /// The same of a public key file.
 const PUBLIC: &str = "jointwatch public key ed25519 ";
 
-/// The seed of the development key, which everybody knows: for trying things out and for tests, never for a device that
-/// matters. Firmware that trusts it says so at every start.
+/// The seed of the development key, which everybody knows: for trying things out and for tests,
+/// never for a device that matters. Firmware that trusts it says so at every start.
 pub const DEVELOPMENT_SEED: [u8; 32] = *b"Everybody knows jointwatch's key";
 
 /// A key that signs.
@@ -75,8 +76,8 @@ impl PrivateKey {
         Ok(Self(KeyPair::from_seed(Seed::new(seed))))
     }
 
-    /// Writes the private key to `path`, readable by its owner alone, and the public key beside it, with `.pub` behind its
-    /// name; gives the latter's path.
+    /// Writes the private key to `path`, readable by its owner alone, and the public key beside it,
+    /// with `.pub` behind its name; gives the latter's path.
     ///
     /// # Errors
     /// When either is there already, or cannot be written; then neither is left behind.
@@ -90,7 +91,8 @@ impl PrivateKey {
         let private_text = format!("{PRIVATE}{}\n", hexadecimal(&self.0.sk.seed()[..]));
         write_new(path, &private_text, 0o600)?;
         write_new(&public, &public_key_text(&self.public()), 0o644).inspect_err(|_| {
-            // Half a pair is of no use; that it could not be taken away again changes nothing about the error.
+            // Half a pair is of no use; that it could not be taken away again changes nothing about
+            // the error.
             let _ = std::fs::remove_file(path);
         })?;
         Ok(public)
@@ -126,7 +128,8 @@ fn write_new(path: &Path, text: &str, mode: u32) -> Result<()> {
     file.write_all(text.as_bytes())
         .and_then(|()| file.sync_all())
         .map_err(|e| {
-            // A key that is not whole is not left behind; the error that is told is the one that came first.
+            // A key that is not whole is not left behind; the error that is told is the one that
+            // came first.
             let _ = std::fs::remove_file(path);
             Error::failed(format!("{}: could not be written ({e})", path.display()))
         })

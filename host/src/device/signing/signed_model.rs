@@ -1,4 +1,5 @@
-//! A signed model as a file: the bytes of a whole model slot, so that it can be uploaded, or put into flash by a debugger.
+//! A signed model as a file: the bytes of a whole model slot, so that it can be uploaded, or put
+//! into flash by a debugger.
 
 use super::PrivateKey;
 use crate::text::error::{Error, Result};
@@ -15,7 +16,8 @@ use std::path::Path;
 /// What is signed beside model and rig block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stamp {
-    /// Grows from one signed model to the next; a device takes none that is not newer than what has proven itself on it.
+    /// Grows from one signed model to the next; a device takes none that is not newer than what
+    /// has proven itself on it.
     pub release: u32,
     /// The name of the class of devices that it is for, and zeros behind it.
     pub class: [u8; CLASS_LEN],
@@ -44,7 +46,8 @@ impl SignedModel {
     /// Signs a blob, and the rig block that goes with it; an empty `rig` is none.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when the blob is no model, or the rig block cannot be one by its length.
+    /// [`crate::text::error::Kind::Data`] when the blob is no model, or the rig block cannot be one
+    /// by its length.
     pub fn sign(model: &[u8], rig: &[u8], key: &PrivateKey, stamp: &Stamp) -> Result<Self> {
         let mut signed = Self::unsigned(model, rig, stamp)?;
         signed.signature = Some(key.sign(&signed.header.signed_bytes()));
@@ -76,7 +79,8 @@ impl SignedModel {
         })
     }
 
-    /// Reads a file that `jointwatch sign` wrote. Whether the signature is good is for the device to say, which has the key.
+    /// Reads a file that `jointwatch sign` wrote. Whether the signature is good is for the device
+    /// to say, which has the key.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] with what is wrong: not signed at all, cut, or damaged.
@@ -126,7 +130,8 @@ impl SignedModel {
         })
     }
 
-    /// The file's bytes: a slot whose model is sealed and proven, so that a debugger can put it into flash.
+    /// The file's bytes: a slot whose model is sealed and proven, so that a debugger can put it
+    /// into flash.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = self.content.clone();
         bytes.resize(SLOT_LEN, 0xFF);

@@ -1,4 +1,5 @@
-//! The counts in a stream of frames: samples as they were streamed, and those around an alarm, put together from their pieces.
+//! The counts in a stream of frames: samples as they were streamed, and those around an alarm, put
+//! together from their pieces.
 
 use crate::device::rig_block;
 use crate::device::telemetry::listen::{Heard as Word, Listener, Tally};
@@ -212,8 +213,8 @@ impl Reading {
             };
             let run = kept.entry(alarm).or_default();
             run.alarm = Some(alarm);
-            // Instants without a sample have no number, and how many there were is not known: so many samples are left out that
-            // nobody bridges what is missing.
+            // Instants without a sample have no number, and how many there were is not known: so
+            // many samples are left out that nobody bridges what is missing.
             let unusable = match contents.follows_gap && !run.samples.is_empty() {
                 true => LONGEST_GAP + 1,
                 false => 0,

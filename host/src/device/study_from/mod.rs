@@ -1,4 +1,5 @@
-//! What a device streamed, or kept around an alarm, as records and a study that the other commands take.
+//! What a device streamed, or kept around an alarm, as records and a study that the other commands
+//! take.
 
 mod frames;
 mod write;
@@ -11,12 +12,14 @@ use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::rig::Rig;
 use std::path::Path;
 
-/// Writes the folder `out`, which must not hold anything yet, from the frames in `bytes`. `rig` is the block that the device runs
-/// with, and `model` the blob, whose correction of the force channels' gain the block contains and the records must not.
+/// Writes the folder `out`, which must not hold anything yet, from the frames in `bytes`. `rig` is
+/// the block that the device runs with, and `model` the blob, whose correction of the force
+/// channels' gain the block contains and the records must not.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when there are no frames, none with counts, or frames of a device with another rig block;
-/// [`crate::text::error::Kind::Failed`] when the folder is not empty or cannot be written.
+/// [`crate::text::error::Kind::Data`] when there are no frames, none with counts, or frames of a
+/// device with another rig block; [`crate::text::error::Kind::Failed`] when the folder is not empty
+/// or cannot be written.
 pub fn write(
     (file, bytes): (&Path, &[u8]),
     rig: &Rig,

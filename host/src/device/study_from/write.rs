@@ -19,7 +19,8 @@ const INPUT: usize = CHANNELS - 1;
 /// The part of a stream that validates is one of so many.
 const PARTS: usize = 3;
 
-/// One channel of an axis: the end of its column's name, its place among the counts, and what a count is worth.
+/// One channel of an axis: the end of its column's name, its place among the counts, and what a
+/// count is worth.
 struct Channel {
     column: String,
     place: usize,

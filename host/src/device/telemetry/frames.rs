@@ -1,4 +1,5 @@
-//! The frames that a device would send for a logged record, so that they can be looked at without a device.
+//! The frames that a device would send for a logged record, so that they can be looked at without a
+//! device.
 
 use crate::device::replay::SetUp;
 use crate::study::Record;
@@ -13,11 +14,12 @@ use jointwatch_shared::wire::telemetry::{
     PROTOCOL_VERSION, Report, RigIdentity, STATUS_HZ, Sample, SensorStatus, Slot, Status, encode,
 };
 
-/// A device's introduction, then every sample, the monitor's verdict when it changes, a status ten times a second, and the residual
-/// around an alarm.
+/// A device's introduction, then every sample, the monitor's verdict when it changes, a status ten
+/// times a second, and the residual around an alarm.
 ///
-/// The device is one that has just started with this model in slot A. `monitor` is what judges, or why nothing does; `rig_crc` is the
-/// checksum of its rig block, 0 where there is none but what the study says of the rig. Its sensors are well.
+/// The device is one that has just started with this model in slot A. `monitor` is what judges, or
+/// why nothing does; `rig_crc` is the checksum of its rig block, 0 where there is none but what the
+/// study says of the rig. Its sensors are well.
 pub fn of(
     set_up: &SetUp,
     record: &Record,
@@ -51,8 +53,9 @@ pub fn of(
     sender.bytes
 }
 
-/// What a device that streams every sample tells of each, in its order: the firmware's own watch without chips that fail, a line that is
-/// slow and a model on trial. A test holds it against the emulated firmware.
+/// What a device that streams every sample tells of each, in its order: the firmware's own watch
+/// without chips that fail, a line that is slow and a model on trial. A test holds it against the
+/// emulated firmware.
 pub struct ReplayedWatch<'a> {
     monitor: Result<&'a Monitor, Cause>,
     state: MonitorState,
@@ -84,7 +87,8 @@ impl<'a> ReplayedWatch<'a> {
         }
     }
 
-    /// Takes one sample with what the chain made of it and what was wrong with its channels, and tells what there is to tell.
+    /// Takes one sample with what the chain made of it and what was wrong with its channels, and
+    /// tells what there is to tell.
     pub fn sample(
         &mut self,
         raw: &RawSample,

@@ -1,4 +1,5 @@
-//! The line over which a device is heard: a serial port, a TCP address, or a file, a FIFO or standard input that holds what one sent.
+//! The line over which a device is heard: a serial port, a TCP address, or a file, a FIFO or
+//! standard input that holds what one sent.
 
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::telemetry::{MAX_FRAME, Request, encode};
@@ -27,7 +28,8 @@ const CALLING: Duration = Duration::from_secs(3);
 pub enum Source {
     /// A serial port and its bits per second.
     Port(String, u32),
-    /// Host and port of a program that hands on what a device sends, such as `jointwatch emulate --serve`.
+    /// Host and port of a program that hands on what a device sends, such as `jointwatch emulate
+    /// --serve`.
     Tcp(String),
     /// A file or a FIFO.
     File(PathBuf),
@@ -36,7 +38,8 @@ pub enum Source {
 }
 
 impl Source {
-    /// Whether a device may be at its other end, to which requests can be sent, and which may come back after the line was lost.
+    /// Whether a device may be at its other end, to which requests can be sent, and which may come
+    /// back after the line was lost.
     pub fn is_device(&self) -> bool {
         matches!(self, Self::Port(..) | Self::Tcp(_))
     }
@@ -84,8 +87,8 @@ impl TelemetryLine {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Failed`] when a serial port cannot be opened, with the ports that there are;
-    /// [`crate::text::error::Kind::Data`] when a file cannot be.
+    /// [`crate::text::error::Kind::Failed`] when a serial port cannot be opened, with the ports
+    /// that there are; [`crate::text::error::Kind::Data`] when a file cannot be.
     pub fn open(source: Source) -> Result<Self> {
         let (reader, back): Ends = match &source {
             Source::StandardInput => (Box::new(std::io::stdin()), None),
@@ -137,7 +140,8 @@ impl TelemetryLine {
     /// Waits for bytes, but not for longer than this.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Failed`] when the line breaks: a port that was unplugged, a disk that cannot be read.
+    /// [`crate::text::error::Kind::Failed`] when the line breaks: a port that was unplugged, a disk
+    /// that cannot be read.
     pub fn next(&self, wait: Duration) -> Result<Piece> {
         match self.pieces.recv_timeout(wait) {
             Ok(Ok(bytes)) => Ok(Piece::Bytes(bytes)),
@@ -157,8 +161,8 @@ impl TelemetryLine {
     /// Sends a request to the device; gives its sequence number.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Usage`] when no device can be at the other end, [`crate::text::error::Kind::Failed`] when the line
-    /// does not take it.
+    /// [`crate::text::error::Kind::Usage`] when no device can be at the other end,
+    /// [`crate::text::error::Kind::Failed`] when the line does not take it.
     pub fn send(&mut self, request: &Request) -> Result<u16> {
         let Some(back) = &mut self.back else {
             return Err(Error::usage(

@@ -4,8 +4,8 @@ use jointwatch_shared::wire::telemetry::{Damage, Decoder, Occasion, Received, Re
 use serde::Serialize;
 use std::fmt;
 
-/// A gap in the sequence numbers that is larger than this is taken for a restart whose [`Hello`] was lost: the numbers begin
-/// anew then, and never go backwards otherwise.
+/// A gap in the sequence numbers that is larger than this is taken for a restart whose [`Hello`]
+/// was lost: the numbers begin anew then, and never go backwards otherwise.
 ///
 /// [`Hello`]: jointwatch_shared::wire::telemetry::Hello
 const LARGEST_GAP: u16 = u16::MAX / 2;
@@ -38,7 +38,8 @@ pub struct Tally {
     pub damaged: u64,
     /// Undamaged frames that this program does not know.
     pub unknown: u64,
-    /// Messages that were sent and did not arrive, by their sequence numbers. A damaged frame is one of them.
+    /// Messages that were sent and did not arrive, by their sequence numbers. A damaged frame is
+    /// one of them.
     pub lost: u64,
     /// How often the device started anew while it was listened to.
     pub restarts: u64,
@@ -95,7 +96,8 @@ impl Listener {
         heard
     }
 
-    /// The line was lost and is there again: a frame that had begun is cut off, and what was sent meanwhile is not counted as lost.
+    /// The line was lost and is there again: a frame that had begun is cut off, and what was sent
+    /// meanwhile is not counted as lost.
     pub fn begin_anew(&mut self) {
         (self.decoder, self.expected, self.begun) = (Decoder::default(), None, false);
     }

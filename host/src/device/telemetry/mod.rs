@@ -1,4 +1,5 @@
-//! What a device says, on the host: the line it comes over, the messages found in it, and how a person reads them.
+//! What a device says, on the host: the line it comes over, the messages found in it, and how a
+//! person reads them.
 //!
 //! The messages themselves are defined in [`jointwatch_shared::wire::telemetry`].
 

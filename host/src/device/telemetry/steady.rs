@@ -1,4 +1,5 @@
-//! A line that is opened again when it was lost, and the device at its other end asked again for what is wanted of it.
+//! A line that is opened again when it was lost, and the device at its other end asked again for
+//! what is wanted of it.
 
 use super::line::{Piece, Source, TelemetryLine};
 use super::listen::{Heard, Listener, Tally};
@@ -8,7 +9,8 @@ use std::time::{Duration, Instant};
 
 /// How long to wait before a lost line is tried again.
 const AGAIN: Duration = Duration::from_secs(1);
-/// Samples per second that are asked for where nobody says how many: enough for every force that a screen can show.
+/// Samples per second that are asked for where nobody says how many: enough for every force that a
+/// screen can show.
 const SHOWN_HZ: f64 = 500.0;
 /// Statuses without an answer after which a request is repeated: two seconds.
 const UNANSWERED: u32 = 20;
@@ -193,7 +195,8 @@ impl Caught {
     }
 }
 
-/// Asks a device to introduce itself and to stream, and again when it does not answer or has restarted.
+/// Asks a device to introduce itself and to stream, and again when it does not answer or has
+/// restarted.
 #[derive(Clone, Debug)]
 struct Asker {
     wanted: Wanted,

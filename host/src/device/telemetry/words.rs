@@ -1,4 +1,5 @@
-//! A device's messages as a person reads them: one line each, with the names, units and times that the device has told of itself.
+//! A device's messages as a person reads them: one line each, with the names, units and times that
+//! the device has told of itself.
 
 use crate::text::printable;
 use crate::text::table::rounded;

@@ -1,7 +1,9 @@
-//! Which sets of effects the blocks cannot tell apart, which of them is taken, and how likely each effect is.
+//! Which sets of effects the blocks cannot tell apart, which of them is taken, and how likely each
+//! effect is.
 //!
-//! Blocks are drawn with replacement, and with each draw every set that loses to the best by no more than chance has a part in it: of two such
-//! sets the one with a number more has half the part. A set that holds another one of them has none, for it says nothing new.
+//! Blocks are drawn with replacement, and with each draw every set that loses to the best by no
+//! more than chance has a part in it: of two such sets the one with a number more has half the
+//! part. A set that holds another one of them has none, for it says nothing new.
 
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::learner::Taken;
@@ -15,9 +17,11 @@ use rand::{RngExt, SeedableRng};
 const DRAWS: usize = 300;
 /// Part of a set that has a number more than another one that is as good.
 const PER_NUMBER: f64 = 0.5;
-/// What a named law leaves differs from joint to joint: the bound on it is drawn, within this factor either way in two of three draws.
+/// What a named law leaves differs from joint to joint: the bound on it is drawn, within this
+/// factor either way in two of three draws.
 const BOUND: f64 = 3.0;
-/// Part of the effects that are named in a draw in which more has no name than may have none: they may imitate it.
+/// Part of the effects that are named in a draw in which more has no name than may have none: they
+/// may imitate it.
 const IMITATES: f64 = 0.2;
 
 /// Mean and its standard error.
@@ -44,12 +48,15 @@ fn is_more_than_chance((mean, error): (f64, f64)) -> bool {
     mean > error.max(CRITERIA.least_difference)
 }
 
-/// Whether unseen blocks speak against an effect, from the gain of each block that let it in and of each unseen one.
+/// Whether unseen blocks speak against an effect, from the gain of each block that let it in and of
+/// each unseen one.
 ///
-/// Blocks of the training records have let an effect in, by more than chance, so a difference within the scatter of the unseen blocks is no
-/// reason to take it out. But it was also the best of many that were tried on those blocks, and the unseen ones were not chosen by: what just
-/// beat chance there has to be confirmed here. So an effect goes where the unseen blocks gain without it by more than chance, and where both
-/// together, each with half the say whatever the number of its blocks, no longer gain with it by more than chance.
+/// Blocks of the training records have let an effect in, by more than chance, so a difference
+/// within the scatter of the unseen blocks is no reason to take it out. But it was also the best of
+/// many that were tried on those blocks, and the unseen ones were not chosen by: what just
+/// beat chance there has to be confirmed here. So an effect goes where the unseen blocks gain
+/// without it by more than chance, and where both together, each with half the say whatever the
+/// number of its blocks, no longer gain with it by more than chance.
 pub(crate) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
     let ((mean, error), (of_unseen, error_of_unseen)) =
         (mean_and_error(seen), mean_and_error(unseen));
@@ -93,7 +100,8 @@ impl<'a> Rivals<'a> {
         pairs.map(|(e, w)| e * w).sum::<f64>() / weights.iter().sum::<f64>()
     }
 
-    /// Those that lose to the best by no more than chance, or by less than every model of a real joint is wrong by; with blocks weighted.
+    /// Those that lose to the best by no more than chance, or by less than every model of a real
+    /// joint is wrong by; with blocks weighted.
     pub(crate) fn good(&self, weights: &[f64]) -> Vec<usize> {
         let whole: f64 = weights.iter().sum();
         let all = 0..self.errors.len();
@@ -106,8 +114,8 @@ impl<'a> Rivals<'a> {
             .collect()
     }
 
-    /// Whether a set, with the mean of its log errors, loses no more than that to another one, given by its log errors, their mean, and the
-    /// power that it leaves.
+    /// Whether a set, with the mean of its log errors, loses no more than that to another one,
+    /// given by its log errors, their mean, and the power that it leaves.
     fn is_as_good(
         &self,
         (at, own_mean): (usize, f64),
@@ -141,7 +149,8 @@ impl<'a> Rivals<'a> {
         (!good.is_empty()).then(|| self.simplest(&good, &weights))
     }
 
-    /// The simplest of some: that with the fewest numbers, then with the fewest memories that were not seen, then with the least error.
+    /// The simplest of some: that with the fewest numbers, then with the fewest memories that were
+    /// not seen, then with the least error.
     pub(crate) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
         let order = |at: &usize| (self.numbers[*at], self.unseen_memories[*at]);
         let simplest = of.iter().min_by(|a, b| {
@@ -203,8 +212,8 @@ pub(crate) struct Chances {
 }
 
 impl Chances {
-    /// Draws; `blocks` are the block that each log error belongs to, and how many blocks there are. `weak` are effects that were taken out again,
-    /// for they explain next to nothing.
+    /// Draws; `blocks` are the block that each log error belongs to, and how many blocks there are.
+    /// `weak` are effects that were taken out again, for they explain next to nothing.
     pub(crate) fn draw(
         rivals: &Rivals<'_>,
         (block_of, count): (&[usize], usize),

@@ -1,5 +1,5 @@
-//! A curve without a law: the force as a polynomial of the displacement, of the velocity, or of both. Several laws in whose place such a
-//! curve predicts as well are pieces of it.
+//! A curve without a law: the force as a polynomial of the displacement, of the velocity, or of
+//! both. Several laws in whose place such a curve predicts as well are pieces of it.
 
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::search::bench::{Bench, rows_of};
@@ -9,13 +9,15 @@ use crate::diagnose::search::score::Score;
 use crate::model::effects::AxisEffect;
 use std::sync::Arc;
 
-/// What a curve may be a function of, with how many polynomials are tried, those of the lowest orders first; of both states whole orders.
+/// What a curve may be a function of, with how many polynomials are tried, those of the lowest
+/// orders first; of both states whole orders.
 const CURVES: [(&str, &[usize]); 3] = [
     ("the displacement", &[4, 6, 9, 13, 19, 28]),
     ("the velocity", &[4, 6, 9, 13, 19, 28]),
     ("displacement and velocity", &[10, 15, 21, 28]),
 ];
-/// A curve takes the place of so many laws at least: in the place of one it would win from every law with a rounded corner.
+/// A curve takes the place of so many laws at least: in the place of one it would win from every
+/// law with a rounded corner.
 const PIECES: usize = 2;
 
 /// A curve that does for several laws.
@@ -28,7 +30,8 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// The curve that predicts at least as well as the most laws of a set in whose place it stands, with the numbers of both priced.
+    /// The curve that predicts at least as well as the most laws of a set in whose place it stands,
+    /// with the numbers of both priced.
     pub(crate) fn in_place_of(bench: &Bench<'_>, decided: &Looked) -> Option<Self> {
         let added = decided.hypothesis.added();
         if added.len() < PIECES {
@@ -80,8 +83,9 @@ fn rank(
     ranks.fold(f64::INFINITY, f64::min)
 }
 
-/// Mean log error on the blocks in turn with the price of the numbers, and of so many more. A function without a law says nothing where it has
-/// seen nothing, so folds that extrapolate do not count.
+/// Mean log error on the blocks in turn with the price of the numbers, and of so many more. A
+/// function without a law says nothing where it has seen nothing, so folds that extrapolate do not
+/// count.
 fn in_turn(bench: &Bench<'_>, score: &Score, more: usize) -> f64 {
     let folds = bench.blocks.folds[..bench.blocks.turns].iter();
     let errors = &score.log_errors[..folds.map(Vec::len).sum()];
@@ -89,7 +93,8 @@ fn in_turn(bench: &Bench<'_>, score: &Score, more: usize) -> f64 {
     mean + CRITERIA.price * (score.numbers + more) as f64
 }
 
-/// Products of Chebyshev's polynomials of the states as columns of the axis, those of the lowest order first.
+/// Products of Chebyshev's polynomials of the states as columns of the axis, those of the lowest
+/// order first.
 fn columns(bench: &Bench<'_>, which: usize) -> Vec<Column> {
     let (records, axis) = (bench.records, bench.axis);
     let references = &records.references;

@@ -1,4 +1,5 @@
-//! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how likely each effect is, and what is left.
+//! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how
+//! likely each effect is, and what is left.
 
 pub(super) mod chances;
 pub(super) mod curve;
@@ -16,7 +17,8 @@ use rayon::prelude::*;
 
 /// Steps in which a hypothesis is found anew without one of its effects.
 const STEPS: usize = 8;
-/// One effect is as good as the other where the forces that they explain agree to this, as a correlation.
+/// One effect is as good as the other where the forces that they explain agree to this, as a
+/// correlation.
 const LIKENESS: f64 = 0.985;
 /// Candidates that are compared for likeness and told.
 pub(super) const TOLD: usize = 8;
@@ -24,9 +26,11 @@ pub(super) const TOLD: usize = 8;
 /// What was decided on an axis.
 pub(super) struct Decision {
     pub(super) axis: usize,
-    /// The effects that are missing, the most important first, with the share of the force that is lost without each, and their values.
+    /// The effects that are missing, the most important first, with the share of the force that is
+    /// lost without each, and their values.
     pub(super) hypothesis: Hypothesis,
-    /// Log error power that each of them gains on every block in turn, beside the others found anew without it.
+    /// Log error power that each of them gains on every block in turn, beside the others found
+    /// anew without it.
     pub(super) gains: Vec<(AxisEffect, Vec<f64>)>,
     /// RMS error over RMS force on blocks in turn: of the base, and with what was found.
     pub(super) errors: [f64; 2],
@@ -40,13 +44,15 @@ pub(super) struct Decision {
     pub(super) laws: Looked,
     /// A curve without a law that does for several of the effects.
     pub(super) curve: Option<Curve>,
-    /// The inputs with which it takes most of that, and the parts of the error's power that it takes at each step.
+    /// The inputs with which it takes most of that, and the parts of the error's power that it
+    /// takes at each step.
     pub(super) follows: Option<Knows>,
     /// Hypotheses of one effect, best first, with those that explain the same.
     pub(super) singles: Vec<(Looked, Vec<String>)>,
     /// Everything that was looked at.
     pub(super) looked: Vec<Looked>,
-    /// How likely every effect is, that nothing is missing, and that something is that has no name.
+    /// How likely every effect is, that nothing is missing, and that something is that has no
+    /// name.
     pub(super) chances: Chances,
     /// Rows of the axis.
     pub(super) rows: usize,
@@ -61,7 +67,8 @@ impl Decision {
         self.taken.surely()
     }
 
-    /// Interval, at 95 %, of the factor by which a hypothesis brings the error down, block by block.
+    /// Interval, at 95 %, of the factor by which a hypothesis brings the error down, block by
+    /// block.
     pub(super) fn drop_interval(&self, looked: &Looked) -> [f64; 2] {
         drop_interval(&falls(&self.base_errors, &looked.score.log_errors))
     }
@@ -90,7 +97,8 @@ pub(super) fn drop_interval(gains: &[f64]) -> [f64; 2] {
 }
 
 impl Taken {
-    /// Power that the learner takes away, where it is more than chance; beside the power of the force.
+    /// Power that the learner takes away, where it is more than chance; beside the power of the
+    /// force.
     fn surely(&self) -> f64 {
         let [before, after] = self.power;
         let power = (before - after).max(0.0);
@@ -120,7 +128,8 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
         let decided = &choice.pruned.decided;
         let added = decided.hypothesis.added().to_vec();
         if decided.sound || added.is_empty() {
-            // What is physics only beside an effect that explains next to nothing gives way to what predicts better.
+            // What is physics only beside an effect that explains next to nothing gives way to what
+            // predicts better.
             break edged
                 .filter(|edged| edged.pruned.decided.score.rank < decided.score.rank)
                 .unwrap_or(choice);
@@ -184,7 +193,8 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     decision
 }
 
-/// Log error power that each effect gains on every block in turn; `lost` is what [`lost_without_each`] makes of `decided`.
+/// Log error power that each effect gains on every block in turn; `lost` is what
+/// [`lost_without_each`] makes of `decided`.
 fn gains(
     bench: &Bench<'_>,
     decided: &Looked,
@@ -204,7 +214,8 @@ fn follows(bench: &Bench<'_>, inputs: &Inputs, left: &Left) -> Option<Knows> {
     let powers = Knows::ALL.map(|knows| (knows, gain(inputs.taken(bench, left, knows))));
     let most = powers.iter().map(|p| p.1).fold(0.0, f64::max);
     let &(step, power) = powers.iter().find(|p| p.1 > 0.7 * most)?;
-    // The largest excursion and the time can tell records apart, and say less than what they stand for.
+    // The largest excursion and the time can tell records apart, and say less than what they stand
+    // for.
     let by_record = |step| matches!(step, Knows::States | Knows::Record);
     if step > Knows::States && gain(inputs.taken_by(bench, left, by_record)) > power {
         return Some(Knows::Record);
@@ -212,7 +223,8 @@ fn follows(bench: &Bench<'_>, inputs: &Inputs, left: &Left) -> Option<Knows> {
     Some(step)
 }
 
-/// The simplest of the sets that no other one beats by more than chance, without what explains next to nothing.
+/// The simplest of the sets that no other one beats by more than chance, without what explains next
+/// to nothing.
 struct Choice<'a> {
     rivals: Rivals<'a>,
     /// Those that no other one beats.
@@ -253,7 +265,8 @@ impl<'a> Choice<'a> {
     }
 }
 
-/// Whether a hypothesis beats the base by more than chance, and by more than every model of a real joint is wrong by.
+/// Whether a hypothesis beats the base by more than chance, and by more than every model of a real
+/// joint is wrong by.
 fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
     let pairs = base.score.log_errors.iter().zip(&looked.score.log_errors);
     let gains: Vec<f64> = pairs.map(|(before, after)| before - after).collect();
@@ -261,9 +274,10 @@ fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
     is_gained(&gains) && explained > least_share.powi(2)
 }
 
-/// Takes out what explains next to nothing, and of several effects what explains less than what has no name: it cannot be told from that.
-/// What is lost without each effect is asked when the others are found anew. Two that stand in for each other would hide each other, so
-/// the least important one goes first.
+/// Takes out what explains next to nothing, and of several effects what explains less than what has
+/// no name: it cannot be told from that. What is lost without each effect is asked when the others
+/// are found anew. Two that stand in for each other would hide each other, so the least important
+/// one goes first.
 fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Looked) -> Pruned {
     let power = |looked: &Looked| looked.score.error.powi(2);
     let taken = |looked: &Looked| {
@@ -300,7 +314,8 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
     }
 }
 
-/// Error power that is lost without each added effect when the others are found anew, the least first, with what stays.
+/// Error power that is lost without each added effect when the others are found anew, the least
+/// first, with what stays.
 fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect, Looked)> {
     let added = of.hypothesis.added().par_iter();
     let mut lost: Vec<(f64, AxisEffect, Looked)> = added
@@ -316,9 +331,10 @@ fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect
     lost
 }
 
-/// Of several effects, those that are laws. An effect beside others that explains little more than what is left without a name is a piece of
-/// a shape that has none, and counts with what is left; so does then an effect that explains little more than both. Of several that one
-/// curve does for, only the most important may be a law.
+/// Of several effects, those that are laws. An effect beside others that explains little more than
+/// what is left without a name is a piece of a shape that has none, and counts with what is left;
+/// so does then an effect that explains little more than both. Of several that one curve does for,
+/// only the most important may be a law.
 ///
 /// `lost` is what [`lost_without_each`] makes of `decided`.
 fn laws(
@@ -347,8 +363,8 @@ fn laws(
     laws
 }
 
-/// Hypotheses of one effect, best first, each with the others that explain the same; those that are `as_good` as the best one cannot be told
-/// from each other either.
+/// Hypotheses of one effect, best first, each with the others that explain the same; those that are
+/// `as_good` as the best one cannot be told from each other either.
 fn singles(
     bench: &Bench<'_>,
     looked: &[Looked],

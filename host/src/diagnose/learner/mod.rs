@@ -1,9 +1,11 @@
-//! What a learner without physics can still take away from what a model leaves, on blocks that it has not seen: a smooth function of the
-//! axis' own displacement and velocity, and trees on what that leaves.
+//! What a learner without physics can still take away from what a model leaves, on blocks that it
+//! has not seen: a smooth function of the axis' own displacement and velocity, and trees on what
+//! that leaves.
 //!
-//! Its inputs grow: the states of all axes; then memory (travel since the last reversal, where that was, the swing before it, the largest
-//! excursion); then states of moments ago; then the inputs of the study; then the time in the record; then which record it is. The step at which the error falls is the kind of what is missing,
-//! whatever its law.
+//! Its inputs grow: the states of all axes; then memory (travel since the last reversal, where that
+//! was, the swing before it, the largest excursion); then states of moments ago; then the inputs of
+//! the study; then the time in the record; then which record it is. The step at which the error
+//! falls is the kind of what is missing, whatever its law.
 
 pub(super) mod smooth;
 
@@ -71,7 +73,8 @@ impl Knows {
     }
 }
 
-/// Error power of the judged blocks without and with the learner, fold after fold; beside that of the force.
+/// Error power of the judged blocks without and with the learner, fold after fold; beside that of
+/// the force.
 #[derive(Clone, Debug)]
 pub(super) struct Taken {
     pub(super) before: Vec<f64>,
@@ -172,7 +175,8 @@ impl Inputs {
         Self { series, step }
     }
 
-    /// What a design leaves, on the same folds as hypotheses are judged on; `briefly` on some of them only.
+    /// What a design leaves, on the same folds as hypotheses are judged on; `briefly` on some of
+    /// them only.
     pub(super) fn left(&self, bench: &Bench<'_>, design: &[Column], briefly: bool) -> Left {
         let rows = bench.measured.len().div_ceil(self.step);
         let mut block = vec![0; rows];
@@ -182,7 +186,8 @@ impl Inputs {
             block[from..to].fill(number);
         }
         let folds = bench.judged(design).folds;
-        // A function without a law says nothing where it has seen nothing: it is judged in turn only.
+        // A function without a law says nothing where it has seen nothing: it is judged in turn
+        // only.
         let count = if briefly {
             FIRST_FOLDS.min(bench.blocks.turns)
         } else {
@@ -267,7 +272,8 @@ impl Inputs {
         }
     }
 
-    /// What a smooth function of the axis' own states leaves in each fold, where such a function helps on the blocks that it has not seen.
+    /// What a smooth function of the axis' own states leaves in each fold, where such a function
+    /// helps on the blocks that it has not seen.
     fn without_smooth(
         &self,
         bench: &Bench<'_>,
@@ -313,8 +319,8 @@ impl Inputs {
     }
 }
 
-/// Way since the last reversal, where it was, the swing before it, and the largest excursion so far, record by record, each after what is
-/// known of the motion before it.
+/// Way since the last reversal, where it was, the swing before it, and the largest excursion so
+/// far, record by record, each after what is known of the motion before it.
 fn memory(displacement: &[f64], records: &[usize], before: &[&[f64]]) -> [Vec<f64>; 4] {
     let mut out: [Vec<f64>; 4] = Default::default();
     let low = displacement.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,5 +1,6 @@
-//! A smooth function of displacement and velocity without a law: products of cubic B-splines in both, whose factors keep close to a plane
-//! where rows are few (Eilers and Marx, Statistical Science 11 (1996) 89–121).
+//! A smooth function of displacement and velocity without a law: products of cubic B-splines in
+//! both, whose factors keep close to a plane where rows are few (Eilers and Marx, Statistical
+//! Science 11 (1996) 89–121).
 
 use crate::fit::least_squares::normal_equations::Cholesky;
 use faer::Mat;
@@ -8,12 +9,14 @@ use faer::Mat;
 const ACROSS: [usize; 2] = [19, 13];
 /// Splines of one variable that are not zero at a place.
 const LOCAL: usize = 4;
-/// How much a bend of the function costs, beside the mean square of a spline: the best of these is taken.
+/// How much a bend of the function costs, beside the mean square of a spline: the best of these is
+/// taken.
 const STIFFNESS: [f64; 5] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
 /// Splines at every row, and the products of them over every block.
 pub(crate) struct Smooth {
-    /// The first splines that are not zero in each direction, and the values of those and the next ones.
+    /// The first splines that are not zero in each direction, and the values of those and the next
+    /// ones.
     rows: Vec<([usize; 2], [[f64; LOCAL]; 2])>,
     products: Vec<Mat<f64>>,
     bends: Mat<f64>,
@@ -63,7 +66,8 @@ impl Smooth {
         all.map(move |(a, b)| ((i + a) * ACROSS[1] + j + b, x[a] * v[b]))
     }
 
-    /// The function that follows `series` in all blocks but some best, at every row, for each of the bends' prices.
+    /// The function that follows `series` in all blocks but some best, at every row, for each of
+    /// the bends' prices.
     pub(crate) fn taught(&self, series: &[f64], block: &[usize], but: &[usize]) -> Vec<Vec<f64>> {
         let size = ACROSS[0] * ACROSS[1];
         let mut products = Mat::<f64>::zeros(size, size);

@@ -1,5 +1,6 @@
-//! One axis of the training records, ready to hold hypotheses against: what a set of effects makes of the measured force, with values that keep
-//! to physical bounds, and what it leaves on blocks that it was not learnt from.
+//! One axis of the training records, ready to hold hypotheses against: what a set of effects makes
+//! of the measured force, with values that keep to physical bounds, and what it leaves on blocks
+//! that it was not learnt from.
 
 use super::blocks::Blocks;
 use super::hypothesis::{
@@ -21,10 +22,11 @@ use std::sync::Arc;
 
 /// The base's own shapes may move by this part beside a hypothesis, by their tangents.
 const SHAPES_MOVE: f64 = 0.3;
-/// Force that an added effect may have, beside the largest force of the base's terms or the measured one: two that cancel are one too many.
+/// Force that an added effect may have, beside the largest force of the base's terms or the
+/// measured one: two that cancel are one too many.
 pub(crate) const MAX_FORCE: f64 = 3.0;
-/// Without an applied force there is no second channel whose gain, zero or lateness could pass for a force: then so much less is explained
-/// at least.
+/// Without an applied force there is no second channel whose gain, zero or lateness could pass for
+/// a force: then so much less is explained at least.
 const ONE_CHANNEL: f64 = 0.1;
 /// Of a column's energy, what has to be left in the blocks that a fold learns from.
 pub(crate) const LEARNT: f64 = 0.02;
@@ -49,11 +51,13 @@ pub(crate) struct Bench<'a> {
     velocity: Vec<f64>,
     /// Whether the velocity is the direction of travel alone, as without time.
     only_direction: bool,
-    /// Mean power with which the base's own dampers drive the joint: their strengths are below 0, and the base lacks a force.
+    /// Mean power with which the base's own dampers drive the joint: their strengths are below 0,
+    /// and the base lacks a force.
     driven: f64,
     /// Whether the motion turns round, without which a hysteresis looks like a spring.
     pub(crate) reverses: bool,
-    /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and its column.
+    /// Zero, inertia and lateness within their tolerances: the effect that each stands for, and
+    /// its column.
     instruments: Vec<(&'static str, Column)>,
     /// The force of each record's own zero, where zeros differ.
     zeros: Vec<Column>,
@@ -70,7 +74,8 @@ pub(crate) fn rows_of(records: &Records<'_>, axis: usize) -> Range<usize> {
     axis * rows..(axis + 1) * rows
 }
 
-/// What an effect explains of an axis at least, RMS beside the RMS force: a share of what the force has about its mean.
+/// What an effect explains of an axis at least, RMS beside the RMS force: a share of what the force
+/// has about its mean.
 pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
     let channels = if records.forced[axis] {
         1.0
@@ -80,7 +85,8 @@ pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
     channels * CRITERIA.least_share * moving(records, axis).sqrt()
 }
 
-/// Mean square of an axis's force about its mean, beside its mean square: a load that stands still is no yardstick for what moves.
+/// Mean square of an axis's force about its mean, beside its mean square: a load that stands still
+/// is no yardstick for what moves.
 fn moving(records: &Records<'_>, axis: usize) -> f64 {
     let force = &records.measured[rows_of(records, axis)];
     let power = mean_product(force, force).max(f64::MIN_POSITIVE);
@@ -139,7 +145,8 @@ impl<'a> Bench<'a> {
         bench
     }
 
-    /// Takes the largest force among the base's terms as the measure of what effects may have, and keeps the folds that determine the base.
+    /// Takes the largest force among the base's terms as the measure of what effects may have, and
+    /// keeps the folds that determine the base.
     fn bound_by(&mut self, base: &Hypothesis) {
         let parts = self.parts(base, &[]);
         let columns = self.columns(&parts, base.base);
@@ -264,8 +271,9 @@ impl<'a> Bench<'a> {
             .collect()
     }
 
-    /// The columns of parts, of which the first `base` belong to the base, and of what stands beside every hypothesis. A term of the base
-    /// that an added effect replaces is held at nothing.
+    /// The columns of parts, of which the first `base` belong to the base, and of what stands
+    /// beside every hypothesis. A term of the base that an added effect replaces is held at
+    /// nothing.
     pub(crate) fn columns(&self, parts: &[Part], base: usize) -> Vec<Column> {
         let mut columns: Vec<Column> = Vec::new();
         for (at, part) in parts.iter().enumerate() {
@@ -326,7 +334,8 @@ impl<'a> Bench<'a> {
             .collect()
     }
 
-    /// Products of columns with each other and with the measured force, over some rows; `more` stand before the force.
+    /// Products of columns with each other and with the measured force, over some rows; `more`
+    /// stand before the force.
     pub(crate) fn products(
         &self,
         columns: &[Column],
@@ -432,8 +441,9 @@ impl<'a> Bench<'a> {
         valued
     }
 
-    /// Whether a hypothesis is physics: every added effect has values that it can have, none stands at the edge of what was searched, and
-    /// dampers of the base do not give back most of the energy that the added effects take. `factors` are those of the parts' columns.
+    /// Whether a hypothesis is physics: every added effect has values that it can have, none stands
+    /// at the edge of what was searched, and dampers of the base do not give back most of the
+    /// energy that the added effects take. `factors` are those of the parts' columns.
     pub(crate) fn is_sound(
         &self,
         hypothesis: &Hypothesis,

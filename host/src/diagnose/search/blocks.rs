@@ -1,7 +1,9 @@
-//! The training records of an axis cut into blocks of equal force energy, and dealt into folds to be judged.
+//! The training records of an axis cut into blocks of equal force energy, and dealt into folds to
+//! be judged.
 //!
-//! A burst counts as one block, however much of the force's power it holds. Beside blocks in turn, every record and the blocks with the
-//! largest force are left out: these folds extrapolate, and tell physics from a flexible law that imitates it.
+//! A burst counts as one block, however much of the force's power it holds. Beside blocks in turn,
+//! every record and the blocks with the largest force are left out: these folds extrapolate, and
+//! tell physics from a flexible law that imitates it.
 
 use crate::diagnose::criteria::CRITERIA;
 use std::ops::Range;
@@ -12,7 +14,8 @@ const TURNS: usize = 6;
 const MIN_ROWS: usize = 8;
 /// Of a record's mean power, this part is added to every row's, so that rest has blocks too.
 const REST: f64 = 0.1;
-/// The largest force has to stand out by this factor from the blocks' median to be left out by itself.
+/// The largest force has to stand out by this factor from the blocks' median to be left out by
+/// itself.
 const STANDS_OUT: f64 = 1.15;
 /// A record that holds less than this part of the energy is not left out by itself.
 const MIN_RECORD: f64 = 0.05;
@@ -21,7 +24,8 @@ const MIN_RECORD: f64 = 0.05;
 pub(crate) struct Blocks {
     /// Rows of each, in order, within the axis.
     pub(crate) rows: Vec<Range<usize>>,
-    /// Blocks that are judged together, learnt from the others. The first [`Blocks::turns`] deal every block once.
+    /// Blocks that are judged together, learnt from the others. The first [`Blocks::turns`] deal
+    /// every block once.
     pub(crate) folds: Vec<Vec<usize>>,
     /// How many folds deal blocks in turn.
     pub(crate) turns: usize,
@@ -139,7 +143,8 @@ mod tests {
         assert!(in_burst.count() > 10, "{:?}", blocks.rows);
         let dealt: usize = blocks.folds[..blocks.turns].iter().map(Vec::len).sum();
         assert_eq!(dealt, blocks.rows.len());
-        // The second record holds next to nothing of the energy, so only the first is left out by itself.
+        // The second record holds next to nothing of the energy, so only the first is left out by
+        // itself.
         assert!(blocks.folds.len() > blocks.turns);
     }
 

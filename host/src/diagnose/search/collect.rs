@@ -1,7 +1,9 @@
-//! The candidates: every effect that could be added on an axis, with where its shapes may start and what it makes of the records there.
+//! The candidates: every effect that could be added on an axis, with where its shapes may start and
+//! what it makes of the records there.
 //!
-//! Each effect is evaluated once at all of its starting values. What it would explain beside a hypothesis then follows from products of
-//! columns alone, strengths solved for within their bounds.
+//! Each effect is evaluated once at all of its starting values. What it would explain beside a
+//! hypothesis then follows from products of columns alone, strengths solved for within their
+//! bounds.
 
 use super::bench::Bench;
 use super::hypothesis::{Column, Hypothesis, Part};
@@ -88,7 +90,8 @@ pub(crate) fn candidates(
             let rival = known
                 .iter()
                 .any(|term| bound.rules_out(term) && !bound.replaces(term));
-            // A length that is given whatever the motion is a full turn, which a translation has not.
+            // A length that is given whatever the motion is a full turn, which a translation has
+            // not.
             let mut listed = bound.entry.parameters().iter();
             let turns = listed.any(|p| p.is_given() && bound.entry.is_in_si(p));
             // Whether every record has a zero of its own is asked apart.
@@ -105,7 +108,8 @@ pub(crate) fn candidates(
 }
 
 impl Library {
-    /// Evaluates candidates at their starts; `known` are all terms of the model with their values, for shapes that are tied to theirs.
+    /// Evaluates candidates at their starts; `known` are all terms of the model with their values,
+    /// for shapes that are tied to theirs.
     pub(crate) fn new(
         bench: &Bench<'_>,
         candidates: &[AxisEffect],
@@ -119,7 +123,8 @@ impl Library {
             .iter()
             .flat_map(|bound| {
                 let starts = starts(bench, bound, known, values, residual);
-                // A pitch that is thinned out is not found from its neighbours, so that every one stays once.
+                // A pitch that is thinned out is not found from its neighbours, so that every one
+                // stays once.
                 let thin = match bound.entry.pitch() {
                     None => starts.len().div_ceil(MAX_STARTS),
                     Some(_) => starts.len() / MAX_STARTS,
@@ -163,7 +168,8 @@ impl Library {
         self.starts.iter().any(|start| such(&start.part.bound))
     }
 
-    /// What each candidate would explain beside a hypothesis with this design, the most promising first: one start of each.
+    /// What each candidate would explain beside a hypothesis with this design, the most promising
+    /// first: one start of each.
     pub(crate) fn scan(
         &self,
         bench: &Bench<'_>,
@@ -203,7 +209,8 @@ impl Library {
     }
 }
 
-/// What stands beside every start of a scan: the columns of a hypothesis, and the force as the last one.
+/// What stands beside every start of a scan: the columns of a hypothesis, and the force as the last
+/// one.
 struct Beside {
     /// Products of them with each other, and with the columns of all starts.
     own: Mat<f64>,
@@ -287,7 +294,8 @@ fn matrix_of(columns: &[Column]) -> Mat<f64> {
     Mat::from_fn(rows, columns.len(), |r, c| columns[c].data[r])
 }
 
-/// Every combination of an effect's starting values, all its parameters in SI; shapes that are tied to a term of the model have its value.
+/// Every combination of an effect's starting values, all its parameters in SI; shapes that are tied
+/// to a term of the model have its value.
 fn starts(
     bench: &Bench<'_>,
     bound: &AxisEffect,

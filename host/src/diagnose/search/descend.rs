@@ -1,4 +1,5 @@
-//! The descent to the shapes that leave least: Gauss–Newton on their logarithms, with what the columns can take up projected out.
+//! The descent to the shapes that leave least: Gauss–Newton on their logarithms, with what the
+//! columns can take up projected out.
 
 use super::bench::Bench;
 use super::hypothesis::{Column, Hypothesis, Part};
@@ -12,7 +13,8 @@ use faer::Mat;
 const LITTLE: f64 = 3e-4;
 
 impl Bench<'_> {
-    /// Finds the shapes of the added members, or of all, that leave least; by so many steps at most.
+    /// Finds the shapes of the added members, or of all, that leave least; by so many steps at
+    /// most.
     pub(crate) fn refined(&self, start: &Hypothesis, all: bool, steps: usize) -> Hypothesis {
         let (of_base, others) = self.unknowns(start);
         let (searched, fixed): (Vec<&ShapeUnknown>, Vec<&ShapeUnknown>) = if all {
@@ -87,7 +89,8 @@ impl Bench<'_> {
         let products = self.products(columns, &slopes, 0..self.measured.len());
         let (count, more) = (columns.len(), slopes.len());
         let last = count + more;
-        // Products with the residual: those with the force less those with what the columns make of it.
+        // Products with the residual: those with the force less those with what the columns make of
+        // it.
         let with_left = |row: usize| {
             let taken: f64 = (0..count).map(|c| factors[c] * products[(row, c)]).sum();
             products[(row, last)] - taken

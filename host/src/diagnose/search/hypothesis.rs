@@ -1,4 +1,5 @@
-//! A hypothesis: a set of effects on an axis, beside the base, with their values; and what keeps a value from being physics.
+//! A hypothesis: a set of effects on an axis, beside the base, with their values; and what keeps a
+//! value from being physics.
 
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::unknowns::{is_physical, reference};
@@ -47,7 +48,8 @@ impl Part {
     }
 }
 
-/// Whether a term of the base, the first `base` parts, has an added one as its general case, which takes its place.
+/// Whether a term of the base, the first `base` parts, has an added one as its general case, which
+/// takes its place.
 pub(crate) fn is_replaced(parts: &[Part], base: usize, at: usize) -> bool {
     let mut added = parts[base..].iter();
     at < base && added.any(|part| part.bound.replaces(&parts[at].bound))
@@ -59,7 +61,8 @@ impl Hypothesis {
         &self.members[self.base..]
     }
 
-    /// With one more effect. One that differs from a member by what it follows has the shapes of that.
+    /// With one more effect. One that differs from a member by what it follows has the shapes of
+    /// that.
     pub(crate) fn with(&self, bound: AxisEffect, mut values: Vec<f64>) -> Self {
         let mut wider = self.clone();
         if let Some(twin) = self
@@ -104,7 +107,8 @@ impl Hypothesis {
         ordered
     }
 
-    /// Which effects are added, in an order of its own: two hypotheses with the same key are the same set.
+    /// Which effects are added, in an order of its own: two hypotheses with the same key are the
+    /// same set.
     pub(crate) fn key(&self) -> Vec<(u8, usize, Option<&'static str>)> {
         let added = self.added().iter();
         let mut key: Vec<_> = added.map(|b| (b.entry.tag, b.axis, b.input)).collect();
@@ -137,8 +141,9 @@ pub(crate) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
     edges.any(|at| at) || !is_physical(bound, values, records)
 }
 
-/// Whether a strength that has to be positive, of an effect that follows an input, is below nothing wherever that goes: it pushes where
-/// friction holds back. Beside strengths of other effects in the same unit it may be a change of those.
+/// Whether a strength that has to be positive, of an effect that follows an input, is below nothing
+/// wherever that goes: it pushes where friction holds back. Beside strengths of other effects in
+/// the same unit it may be a change of those.
 pub(crate) fn is_turned(hypothesis: &Hypothesis, at: usize, records: &Records<'_>) -> bool {
     let bound = &hypothesis.members[at];
     if bound.input.is_none() {
@@ -170,7 +175,8 @@ pub(crate) fn is_turned(hypothesis: &Hypothesis, at: usize, records: &Records<'_
     })
 }
 
-/// Mean power with which dampers of the base drive an axis that moves with this velocity: those whose strength is below 0.
+/// Mean power with which dampers of the base drive an axis that moves with this velocity: those
+/// whose strength is below 0.
 pub(crate) fn driven(hypothesis: &Hypothesis, velocity: &[f64]) -> f64 {
     let members = hypothesis.members.iter().zip(&hypothesis.values);
     let strengths = members.take(hypothesis.base).flat_map(|(bound, values)| {

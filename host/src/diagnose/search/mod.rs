@@ -1,4 +1,5 @@
-//! The decision on every axis, and the model that it makes: everything that is missing beside the base, all values found together.
+//! The decision on every axis, and the model that it makes: everything that is missing beside the
+//! base, all values found together.
 
 pub(super) mod bench;
 pub(super) mod blocks;
@@ -29,7 +30,8 @@ use jointwatch_shared::effect::{Entry, Subsystem};
 use rank::Field;
 use zeros::{OWN_ZEROS, Zeros, beside, judged, own_zero};
 
-/// Rows of all records together on which shapes are searched for; hypotheses are judged on all of them.
+/// Rows of all records together on which shapes are searched for; hypotheses are judged on all of
+/// them.
 const MAX_SEARCHED: usize = 20_000;
 
 /// Lags behind which an input may act, ms.
@@ -75,7 +77,8 @@ impl Search {
 pub(super) struct Refuted {
     pub(super) bound: AxisEffect,
     pub(super) axis: usize,
-    /// Rise of the log error power of a block: mean and standard error; nothing where it has no strength beside the others.
+    /// Rise of the log error power of a block: mean and standard error; nothing where it has no
+    /// strength beside the others.
     pub(super) rise: Option<[f64; 2]>,
 }
 
@@ -91,7 +94,8 @@ pub(super) struct Given<'a> {
 
 /// Searches for what is missing beside a base, whose fit starts from `values` where they are known.
 ///
-/// Where unseen rows refute what was found, the choice is open again without it, for as long as the errors there fall.
+/// Where unseen rows refute what was found, the choice is open again without it, for as long as the
+/// errors there fall.
 ///
 /// # Errors
 /// As the fit of the terms.
@@ -238,7 +242,8 @@ impl Known {
     }
 }
 
-/// The axes, those of which the base leaves most first: what acts on both is then found where it does most.
+/// The axes, those of which the base leaves most first: what acts on both is then found where it
+/// does most.
 fn order(
     records: &Records<'_>,
     base: &[AxisEffect],
@@ -266,8 +271,9 @@ pub(super) fn of_axis(axis: usize, terms: &[AxisEffect], values: &[Vec<f64>]) ->
     }
 }
 
-/// The ways in which forces may follow an input: behind the lag at which a spring, a damper and dry friction that follow it and its square
-/// explain most beside a base, and as its square too where they explain more with both.
+/// The ways in which forces may follow an input: behind the lag at which a spring, a damper and dry
+/// friction that follow it and its square explain most beside a base, and as its square too where
+/// they explain more with both.
 fn ways_to_follow(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> Vec<&'static str> {
     let beside = bench.design(base, &bench.parts(base, &[]));
     let entries = ["stiffness", "viscous", "coulomb"].map(Entry::named);
@@ -311,12 +317,14 @@ fn ways_to_follow(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> 
     ways
 }
 
-/// The decision on one axis, and with which zeros of force it was made, where they are more than one zero for all records.
+/// The decision on one axis, and with which zeros of force it was made, where they are more than
+/// one zero for all records.
 ///
-/// A zero of each record is asked before anything else is searched for, as it costs a number for each and hides next to nothing. A drift may hide
-/// a slow force of the joint, and a large force that is missing hides a drift. So a drift is asked before and after, and the search beside it has
-/// to predict blocks better than the search without, by lines that hold for as long as the records last: where a law of the joint does as well,
-/// that is what is missing.
+/// A zero of each record is asked before anything else is searched for, as it costs a number for
+/// each and hides next to nothing. A drift may hide a slow force of the joint, and a large force
+/// that is missing hides a drift. So a drift is asked before and after, and the search beside it
+/// has to predict blocks better than the search without, by lines that hold for as long as the
+/// records last: where a law of the joint does as well, that is what is missing.
 fn decided(
     given: &Given<'_>,
     (records, excerpt): (&Records<'_>, Option<&Records<'_>>),
@@ -356,13 +364,15 @@ fn decided(
     }
     let still = asked(&decision.hypothesis, &standing);
     if first.is_some() && still.is_none() {
-        // What was found explains what looked like a zero of each record: then one zero for all may be missing.
+        // What was found explains what looked like a zero of each record: then one zero for all may
+        // be missing.
         return (on_axis(given, records, excerpt, axis, known, None), None);
     }
     (decision, first)
 }
 
-/// The decision on one axis, beside all terms that are known; `own_zero` gives every record a zero of its own.
+/// The decision on one axis, beside all terms that are known; `own_zero` gives every record a zero
+/// of its own.
 fn on_axis(
     given: &Given<'_>,
     records: &Records<'_>,
@@ -402,7 +412,8 @@ fn on_axis(
     decide(&field, given.axes.len(), &base)
 }
 
-/// Takes out of a model what unseen rows speak against; `gains` are those of the blocks that let each effect in.
+/// Takes out of a model what unseen rows speak against; `gains` are those of the blocks that let
+/// each effect in.
 fn refuted(
     given: &Given<'_>,
     records: &Records<'_>,
@@ -458,7 +469,8 @@ fn refuted(
     Ok(refuted)
 }
 
-/// Whether an effect that was found on one axis alone has next to no force where all terms are solved for together.
+/// Whether an effect that was found on one axis alone has next to no force where all terms are
+/// solved for together.
 fn is_absent(records: &Records<'_>, bound: &AxisEffect, values: &[f64]) -> bool {
     if bound.entry.is_per_record() || bound.entry.subsystem == Subsystem::Sensor {
         return false;

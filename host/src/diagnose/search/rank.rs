@@ -1,5 +1,5 @@
-//! The search over sets of effects: a beam that adds, replaces and drops. An effect that does not help ends nothing, and one that was found
-//! early may leave again.
+//! The search over sets of effects: a beam that adds, replaces and drops. An effect that does not
+//! help ends nothing, and one that was found early may leave again.
 
 use super::bench::Bench;
 use super::collect::Library;
@@ -15,16 +15,19 @@ use std::collections::HashSet;
 
 /// Effects that are tried beside each hypothesis, those that promise most first.
 const TRIED: usize = 8;
-/// So many always beside the base, and the others where they promise this part of what the first does.
+/// So many always beside the base, and the others where they promise this part of what the first
+/// does.
 const ALWAYS: usize = 4;
 const RIVAL: f64 = 0.1;
 /// An effect takes away no more than this times what it promises before its shapes are found.
 const MORE: f64 = 4.0;
 /// Steps of the first refinement of an effect's shapes, and of all shapes together.
 const STEPS: [usize; 2] = [6, 10];
-/// Of the best, this many times the width are tried with squares of inputs, and have all their shapes found anew.
+/// Of the best, this many times the width are tried with squares of inputs, and have all their
+/// shapes found anew.
 const SETTLED: usize = 2;
-/// Two effects of which neither helps by itself have to take away half of the error power: there are many pairs, and chance likes one.
+/// Two effects of which neither helps by itself have to take away half of the error power: there
+/// are many pairs, and chance likes one.
 const TOGETHER: f64 = std::f64::consts::LN_2;
 /// No hypothesis overtakes one that is ahead by so much mean log error power.
 const NEAR: f64 = 1.5;
@@ -81,7 +84,8 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
             for bound in from.hypothesis.added() {
                 let hypothesis = from.hypothesis.without(bound);
                 let alone = hypothesis.members.len() == hypothesis.base;
-                // What else would do in the place of an effect that was found earlier: beside the base all others were tried.
+                // What else would do in the place of an effect that was found earlier: beside the
+                // base all others were tried.
                 let most = if alone || place > 0 { 0 } else { TRIED / 2 };
                 let others = added(field, &hypothesis, most, Some(bound)).into_iter();
                 moves.extend(others.map(|h| (h, &*from.parts)));
@@ -127,7 +131,8 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
         all.extend(tried);
         let gained = before - best_rank(&all);
         match (step, alone) {
-            // Of two that help only together neither does by itself, so the first step ends nothing.
+            // Of two that help only together neither does by itself, so the first step ends
+            // nothing.
             (0, _) => alone = (gained < CRITERIA.price).then_some(all.len()),
             (1, Some(first)) if gained < TOGETHER => {
                 all.truncate(first);
@@ -140,8 +145,8 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
     all
 }
 
-/// A hypothesis with the square of an input for each effect in it that follows the input alone: a force that rises and falls with an input
-/// shows by neither power alone.
+/// A hypothesis with the square of an input for each effect in it that follows the input alone: a
+/// force that rises and falls with an input shows by neither power alone.
 fn with_squares(
     field: &Field<'_, '_>,
     hypothesis: &Hypothesis,
@@ -158,8 +163,9 @@ fn with_squares(
     })
 }
 
-/// A hypothesis with each of so many effects that promise most beside it; in the place of a `former` one also with each that generalises it,
-/// whose promise counts for little: where its shapes start it may be far from its special case.
+/// A hypothesis with each of so many effects that promise most beside it; in the place of a
+/// `former` one also with each that generalises it, whose promise counts for little: where its
+/// shapes start it may be far from its special case.
 fn added(
     field: &Field<'_, '_>,
     hypothesis: &Hypothesis,
@@ -182,7 +188,8 @@ fn added(
         .enumerate()
         .filter(|(place, promise)| {
             let rival = *place < ALWAYS || promise.gain > RIVAL * best;
-            // What has no shape costs next to nothing to try, and may count only beside others: a spring beside a damper's law.
+            // What has no shape costs next to nothing to try, and may count only beside others: a
+            // spring beside a damper's law.
             let plain = most > 0 && is_plain(&promise.bound);
             let tried = (*place < most && rival) || plain || wider(&promise.bound);
             (told && *place < ALWAYS) || (tried && promise.gain > worth)

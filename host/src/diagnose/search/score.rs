@@ -1,4 +1,5 @@
-//! What a hypothesis is worth: its error on blocks that it was not learnt from, and the price of what it chooses.
+//! What a hypothesis is worth: its error on blocks that it was not learnt from, and the price of
+//! what it chooses.
 
 use super::bench::{Bench, LEARNT};
 use super::hypothesis::{Column, Hypothesis, Part, is_replaced};

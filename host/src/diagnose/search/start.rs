@@ -1,4 +1,5 @@
-//! Where the fit of a model with named effects may start: at what the search for exactly these effects finds.
+//! Where the fit of a model with named effects may start: at what the search for exactly these
+//! effects finds.
 
 use super::bench::Bench;
 use super::collect::Library;
@@ -12,8 +13,9 @@ use crate::text::error::Result;
 /// Steps in which the shapes of an effect settle before the whole model is fitted.
 const STEPS: usize = 8;
 
-/// Starting values of every shape of the `known` terms, which have these `values`, and of the `added` ones, in the order of
-/// their unknowns: each is searched for beside the model with those before it. Nothing where one explains nothing.
+/// Starting values of every shape of the `known` terms, which have these `values`, and of the
+/// `added` ones, in the order of their unknowns: each is searched for beside the model with those
+/// before it. Nothing where one explains nothing.
 ///
 /// # Errors
 /// As the fit of the terms.

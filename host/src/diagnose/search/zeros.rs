@@ -1,7 +1,8 @@
 //! Zeros of force that differ from record to record, and stand or drift while a record runs.
 //!
-//! A displacement that is integrated from an acceleration, or measured from another origin in every record, has the same look: a spring turns
-//! both into a force. Where the base has none, no record says more of its origin.
+//! A displacement that is integrated from an acceleration, or measured from another origin in every
+//! record, has the same look: a spring turns both into a force. Where the base has none, no record
+//! says more of its origin.
 
 use super::bench::Bench;
 use super::hypothesis::Hypothesis;
@@ -15,8 +16,8 @@ use jointwatch_shared::effect::Entry;
 
 /// The effects by which a model says so, the simpler one first.
 pub(crate) const OWN_ZEROS: [&str; 2] = ["force_zero", "force_drift"];
-/// Variance of zeros, or of slopes, beside that of what the halves of the records differ by at which chance leaves one of twenty (Fisher),
-/// for three records.
+/// Variance of zeros, or of slopes, beside that of what the halves of the records differ by at
+/// which chance leaves one of twenty (Fisher), for three records.
 const STANDS: f64 = 9.55;
 
 fn on(axis: usize, name: &str) -> Option<AxisEffect> {
@@ -44,7 +45,8 @@ pub(crate) fn beside(own: Option<AxisEffect>, hypothesis: &Hypothesis) -> Hypoth
     rest
 }
 
-/// What a hypothesis is worth, its log errors those on blocks in turn, every record with a zero of its own where that is given.
+/// What a hypothesis is worth, its log errors those on blocks in turn, every record with a zero of
+/// its own where that is given.
 pub(crate) fn judged(
     records: &Records<'_>,
     axis: usize,
@@ -69,8 +71,9 @@ fn with_one_zero(axis: usize, hypothesis: &Hypothesis) -> Hypothesis {
     }
 }
 
-/// The effect among `names` with which every record has a zero of its own, beside a hypothesis that does not say so already: where blocks that
-/// it was not learnt from are predicted better than with one zero for all, and it is more than a tolerance.
+/// The effect among `names` with which every record has a zero of its own, beside a hypothesis that
+/// does not say so already: where blocks that it was not learnt from are predicted better than with
+/// one zero for all, and it is more than a tolerance.
 pub(crate) fn own_zero(
     records: &Records<'_>,
     axis: usize,
@@ -172,7 +175,8 @@ impl Zeros {
         self.own.entry.parameters().len() > 1
     }
 
-    /// How far those of the records lie apart, or the RMS of the drifts about their means, N or N·m.
+    /// How far those of the records lie apart, or the RMS of the drifts about their means, N or
+    /// N·m.
     pub(crate) fn size(&self) -> f64 {
         let all = || self.of_records.iter().copied();
         if !self.drift() {
@@ -187,9 +191,10 @@ impl Zeros {
         (square / whole).sqrt()
     }
 
-    /// Whether a zero stands, or drifts at one pace, for as long as a record lasts: records differ by more than chance makes of what the halves of
-    /// each differ by. A zero that drifts does so within a record too, and taking one number off does not mend it; nor does a line mend what
-    /// wanders.
+    /// Whether a zero stands, or drifts at one pace, for as long as a record lasts: records differ
+    /// by more than chance makes of what the halves of each differ by. A zero that drifts does
+    /// so within a record too, and taking one number off does not mend it; nor does a line mend
+    /// what wanders.
     pub(crate) fn stand(&self) -> bool {
         let count = self.of_records.len() as f64;
         let between = if self.drift() {

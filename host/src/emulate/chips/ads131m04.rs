@@ -1,8 +1,9 @@
-//! ADS131M04: four 24-bit converters, from Texas Instruments' datasheet SBAS890 "ADS131M04 4-Channel, Simultaneously-Sampling,
-//! 24-Bit, Delta-Sigma ADC".
+//! ADS131M04: four 24-bit converters, from Texas Instruments' datasheet SBAS890 "ADS131M04
+//! 4-Channel, Simultaneously-Sampling, 24-Bit, Delta-Sigma ADC".
 //!
-//! A frame is command, arguments and checksum in; the answer to the frame before, four codes and a checksum out. Codes come
-//! from a queue of two conversions. A command whose checksum is asked for and does not match is not carried out.
+//! A frame is command, arguments and checksum in; the answer to the frame before, four codes and a
+//! checksum out. Codes come from a queue of two conversions. A command whose checksum is asked for
+//! and does not match is not carried out.
 
 use super::{Chip, UNDRIVEN};
 use std::collections::VecDeque;
@@ -21,7 +22,8 @@ const MODE: usize = 0x02;
 const CLOCK: usize = 0x03;
 const GAIN1: usize = 0x04;
 const REGISTERS: usize = 0x40;
-/// Reset values that are not zero: ID, STATUS, MODE, CLOCK, CFG, and the gain calibration of each channel.
+/// Reset values that are not zero: ID, STATUS, MODE, CLOCK, CFG, and the gain calibration of each
+/// channel.
 const RESET_VALUES: [(usize, u16); 9] = [
     (ID, 0x2401),
     (STATUS, 0x0500),
@@ -48,7 +50,8 @@ enum Answer {
     /// STATUS as it is then.
     Status,
     Word(u16),
-    /// The acknowledgement of a read of several registers, and what they hold; no codes in that frame.
+    /// The acknowledgement of a read of several registers, and what they hold; no codes in that
+    /// frame.
     Registers(u16, Vec<u16>),
 }
 

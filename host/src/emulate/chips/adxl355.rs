@@ -1,7 +1,8 @@
 //! ADXL355: the accelerometer, from Analog Devices' "ADXL354/ADXL355 Data Sheet".
 //!
-//! The first byte of a chip select is the address times two, plus one to read; the bytes after it go to or come from the
-//! addresses that follow. Results are 20 bits, left-justified in three bytes.
+//! The first byte of a chip select is the address times two, plus one to read; the bytes after it
+//! go to or come from the addresses that follow. Results are 20 bits, left-justified in three
+//! bytes.
 
 use super::{Chip, UNDRIVEN};
 

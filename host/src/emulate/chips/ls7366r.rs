@@ -1,8 +1,10 @@
-//! LS7366R: the quadrature counter, from LSI/CSI's datasheet "32-bit quadrature counter with serial interface".
+//! LS7366R: the quadrature counter, from LSI/CSI's datasheet "32-bit quadrature counter with serial
+//! interface".
 //!
-//! An instruction is one chip select: a byte whose bits 7–6 say what to do (clear, read, write, load) and bits 5–3 to which
-//! register; then the register's bytes, highest first. Free-running count only: in the other count modes of MDR0 this counter
-//! stands still, so that a driver which sets one is found out.
+//! An instruction is one chip select: a byte whose bits 7–6 say what to do (clear, read, write,
+//! load) and bits 5–3 to which register; then the register's bytes, highest first. Free-running
+//! count only: in the other count modes of MDR0 this counter stands still, so that a driver which
+//! sets one is found out.
 
 use super::{Chip, UNDRIVEN};
 
@@ -64,7 +66,8 @@ impl Default for Ls7366r {
 impl Ls7366r {
     /// The encoder moves to a position, in quarters of its cycle.
     pub fn turn_to(&mut self, edges: i64) {
-        // Edges that one count takes: bits 1–0 of MDR0; 0 is clock and direction, which an encoder is not.
+        // Edges that one count takes: bits 1–0 of MDR0; 0 is clock and direction, which an encoder
+        // is not.
         let per_count = match self.mdr0 & 3 {
             1 => 4,
             2 => 2,

@@ -45,10 +45,12 @@ impl Board {
     }
 }
 
-/// The environment variable that names a self-test image built beforehand, for use away from the source.
+/// The environment variable that names a self-test image built beforehand, for use away from the
+/// source.
 const SELFTEST: &str = "JOINTWATCH_SELFTEST";
 
-/// The self-test image of `board`: built from the source, or for the STM32F405 the file that `JOINTWATCH_SELFTEST` names.
+/// The self-test image of `board`: built from the source, or for the STM32F405 the file that
+/// `JOINTWATCH_SELFTEST` names.
 ///
 /// # Errors
 /// As [`build`].
@@ -62,8 +64,8 @@ pub fn selftest(board: Board) -> Result<PathBuf> {
 /// The environment variable that names an image for `emulate` that was built beforehand.
 const EMULATED: &str = "JOINTWATCH_EMULATED";
 
-/// The image that is flashed, but with sensor chips, serial line and sampling clock behind two pipes of the host: built from the
-/// source, or the file that `JOINTWATCH_EMULATED` names.
+/// The image that is flashed, but with sensor chips, serial line and sampling clock behind two
+/// pipes of the host: built from the source, or the file that `JOINTWATCH_EMULATED` names.
 ///
 /// # Errors
 /// As [`build`].
@@ -74,13 +76,15 @@ pub fn emulated() -> Result<PathBuf> {
     }
 }
 
-/// Builds one image of the firmware with cargo, as it is flashed, and gives the path of its ELF file.
+/// Builds one image of the firmware with cargo, as it is flashed, and gives the path of its ELF
+/// file.
 ///
-/// `image` is `jointwatch`, `jointwatch-link` or `selftest`. Takes no time when it is built already.
+/// `image` is `jointwatch`, `jointwatch-link` or `selftest`. Takes no time when it is built
+/// already.
 ///
 /// # Errors
-/// When the source is not where this program was built from, when the compiler's target for the device is not
-/// installed, and when the build fails.
+/// When the source is not where this program was built from, when the compiler's target for the
+/// device is not installed, and when the build fails.
 pub fn build(board: Board, image: &str) -> Result<PathBuf> {
     // The image for tests has its chips and its line behind two files.
     let feature = match image {

@@ -1,8 +1,9 @@
 //! The device without the device: runs the firmware's self-test in QEMU and reads what it says.
 //!
-//! The self-test evaluates a reference model, and the model in flash slot A when there is one, with the firmware's own
-//! code on an emulated processor. Its digests are to equal the host's, computed by
-//! [`jointwatch_shared::selftest::digest`] with the seed and number of points that the report names.
+//! The self-test evaluates a reference model, and the model in flash slot A when there is one, with
+//! the firmware's own code on an emulated processor. Its digests are to equal the host's, computed
+//! by [`jointwatch_shared::selftest::digest`] with the seed and number of points that the report
+//! names.
 
 mod image;
 mod report;
@@ -52,7 +53,8 @@ pub fn require_qemu() -> Result<PathBuf> {
     })
 }
 
-/// QEMU with the machine of `board`, without screen, serial port or prompt; the caller adds what is to run.
+/// QEMU with the machine of `board`, without screen, serial port or prompt; the caller adds what is
+/// to run.
 pub fn machine(qemu: &Path, board: Board) -> Command {
     let mut command = Command::new(qemu);
     command.args(["-M", board.machine(), "-display", "none"]);
@@ -67,15 +69,16 @@ pub fn load_into_flash(file: &Path, address: u32) -> OsString {
     format!("loader,file={path},addr={address:#x},force-raw=on").into()
 }
 
-/// Runs the self-test image `elf` on the emulated `board`, with `blob` in slot A, over `points` random points per model.
+/// Runs the self-test image `elf` on the emulated `board`, with `blob` in slot A, over `points`
+/// random points per model.
 ///
-/// Runs it twice where the board can count instructions: once at full speed for the digests, once in lockstep with the
-/// instruction counter over a few hundred inputs. A blob that the device refuses is no error here: the report says so,
-/// and has not [passed](SelfTestReport::passed).
+/// Runs it twice where the board can count instructions: once at full speed for the digests, once
+/// in lockstep with the instruction counter over a few hundred inputs. A blob that the device
+/// refuses is no error here: the report says so, and has not [passed](SelfTestReport::passed).
 ///
 /// # Errors
-/// When QEMU is missing or does not start, when the image does not come to an end in time, and when its text is not
-/// that of a finished self-test.
+/// When QEMU is missing or does not start, when the image does not come to an end in time, and when
+/// its text is not that of a finished self-test.
 pub fn run_selftest(
     board: Board,
     elf: &Path,
@@ -101,7 +104,8 @@ pub fn run_selftest(
             command.arg("-device").arg(load_into_flash(blob, SLOT_A));
         }
         command.arg("-kernel").arg(elf);
-        // Emulated, a point takes some microseconds on a Cortex-M4F and less than 100 on a Cortex-M0.
+        // Emulated, a point takes some microseconds on a Cortex-M4F and less than 100 on a
+        // Cortex-M0.
         finish(command, Duration::from_secs(60 + u64::from(points) / 2000))
     };
     let mut report = start(&format!("arg=points={points}"), false)?;
@@ -200,7 +204,8 @@ mod tests {
     mod with_a_shell {
         use super::*;
 
-        /// A run that prints `text` and ends with `code`; the shell's `$0` stands where the image's path would.
+        /// A run that prints `text` and ends with `code`; the shell's `$0` stands where the image's
+        /// path would.
         fn ended(script: &str, limit: Duration) -> Result<SelfTestReport> {
             let mut command = Command::new("sh");
             command.args([

@@ -1,4 +1,5 @@
-//! What the self-test said: reads its lines of text into numbers. `docs/notebook/emulation.md` lists the lines.
+//! What the self-test said: reads its lines of text into numbers. `docs/notebook/emulation.md`
+//! lists the lines.
 
 /// The instructions that one evaluation takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

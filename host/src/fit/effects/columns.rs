@@ -1,8 +1,9 @@
 //! What a force law contributes to every measured force, as columns of a least-squares problem.
 //!
-//! Laws are evaluated on the wide-band states and low-passed afterwards, with the filter that the measured force goes through:
-//! a law has corners, and filtering the states first would round them. Behind the low-pass neighbours say nearly the
-//! same, so the rows are thinned out to what the filter's stop band allows.
+//! Laws are evaluated on the wide-band states and low-passed afterwards, with the filter that the
+//! measured force goes through: a law has corners, and filtering the states first would round them.
+//! Behind the low-pass neighbours say nearly the same, so the rows are thinned out to what the
+//! filter's stop band allows.
 
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
@@ -17,7 +18,8 @@ use jointwatch_shared::units::{Dimension, References};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Takes out of a column (both axes, one after the other) what something that is fitted beside the laws makes of it.
+/// Takes out of a column (both axes, one after the other) what something that is fitted beside the
+/// laws makes of it.
 pub(crate) type Projection<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
 
 /// One row of a record, as far as one axis moves.
@@ -38,7 +40,8 @@ pub(crate) struct Records<'a> {
     /// Of so many rows one is kept.
     pub(crate) every: usize,
     pub(super) projection: Option<Projection<'a>>,
-    /// Whether a base beside the terms has a constant of its own, so that zeros of records are known only relative to one another.
+    /// Whether a base beside the terms has a constant of its own, so that zeros of records are
+    /// known only relative to one another.
     pub(crate) beside_constant: bool,
     /// Thinned rows per second.
     pub(crate) thinned_rate_hz: f64,
@@ -46,7 +49,8 @@ pub(crate) struct Records<'a> {
     pub(crate) sample_rate_hz: f64,
     /// Thinned rows of each record.
     pub(crate) rows: Vec<usize>,
-    /// The largest displacement and velocity of each axis, and the RMS of its force: what parameters are relative to.
+    /// The largest displacement and velocity of each axis, and the RMS of its force: what
+    /// parameters are relative to.
     pub(crate) references: References,
     /// From the smallest to the largest displacement of each axis, over all records, m or rad.
     pub(crate) travel: Vec<f64>,
@@ -54,15 +58,17 @@ pub(crate) struct Records<'a> {
     pub(crate) measured: Vec<f64>,
     /// The inertia that is stated, per axis, kg or kg·m².
     pub(crate) inertias: Vec<Option<f64>>,
-    /// Whether a force is applied, per axis; where none is, the inertia force is all that is measured.
+    /// Whether a force is applied, per axis; where none is, the inertia force is all that is
+    /// measured.
     pub(crate) forced: Vec<bool>,
-    /// One column per axis whose inertia is not stated: the acceleration, with the sign it has in the force.
+    /// One column per axis whose inertia is not stated: the acceleration, with the sign it has in
+    /// the force.
     pub(crate) accelerations: Vec<Option<Vec<f64>>>,
 }
 
 impl<'a> Records<'a> {
-    /// Low-passes and thins out the measured side. With an inertia that is not stated the applied force takes the place
-    /// of the restoring force, and the acceleration becomes a column.
+    /// Low-passes and thins out the measured side. With an inertia that is not stated the applied
+    /// force takes the place of the restoring force, and the acceleration becomes a column.
     pub(crate) fn new(axes: &[Axis], motions: &'a [&'a Motion], low_pass: &'a [f64]) -> Self {
         let rate = motions.first().map_or(1.0, |m| m.sample_rate_hz);
         let every = thinning(low_pass, rate);
@@ -144,13 +150,15 @@ impl<'a> Records<'a> {
         histories.map(|h| h.displacement_before(axis)).collect()
     }
 
-    /// The inertia of an axis that may be stated wrong: one that is stated, if only as nothing, and whose force is not all that there is.
+    /// The inertia of an axis that may be stated wrong: one that is stated, if only as nothing, and
+    /// whose force is not all that there is.
     pub(crate) fn doubtful_inertia(&self, axis: usize) -> Option<f64> {
         self.inertias[axis].filter(|_| self.forced[axis])
     }
 
-    /// Lets the effects of instruments work on the applied force that a model asks for, see [`TimeHistory::predict`]; `terms` are
-    /// the model's effects and `inertia` has one entry per axis, kg or kg·m².
+    /// Lets the effects of instruments work on the applied force that a model asks for, see
+    /// [`TimeHistory::predict`]; `terms` are the model's effects and `inertia` has one entry
+    /// per axis, kg or kg·m².
     pub(crate) fn predict(&mut self, terms: &[EffectValues], inertia: &[f64]) {
         let joint = of_the_joint(terms);
         for history in &mut self.histories {
@@ -160,7 +168,8 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The same with something fitted beside the laws: it is taken out of the measured force and of every column.
+    /// The same with something fitted beside the laws: it is taken out of the measured force and of
+    /// every column.
     pub(crate) fn orthogonal_to(mut self, projection: Projection<'a>) -> Self {
         projection(&mut self.measured);
         self.accelerations
@@ -293,15 +302,17 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The records in which a size is found: all; of a zero beside a base with a constant, all but the first.
+    /// The records in which a size is found: all; of a zero beside a base with a constant, all but
+    /// the first.
     pub(super) fn own_size(&self, parameter: &Parameter) -> Range<usize> {
         let constant = parameter.phases() == 1 && parameter.dimension == Dimension::FORCE;
         let relative = self.beside_constant && constant;
         usize::from(relative)..self.rows.len()
     }
 
-    /// The sizes that factors of a parameter's columns mean: the factors; of zeros that are known only relative to one another, what they
-    /// are above their mean, the first record's as well.
+    /// The sizes that factors of a parameter's columns mean: the factors; of zeros that are known
+    /// only relative to one another, what they are above their mean, the first record's as
+    /// well.
     pub(crate) fn sizes(&self, parameter: &Parameter, factors: &[f64]) -> Vec<f64> {
         if self.own_size(parameter).start == 0 {
             return factors.to_vec();
@@ -329,7 +340,8 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// The frequency, Hz, near a start of a term's shape at which a residual holds the strongest line.
+    /// The frequency, Hz, near a start of a term's shape at which a residual holds the strongest
+    /// line.
     pub(crate) fn line_in(&self, residual: &[f64], axis: usize, shape: &Shape) -> f64 {
         let mut start = axis * self.rows_per_axis();
         let records = self.rows.iter().map(|&count| {

@@ -1,9 +1,10 @@
 //! How sure the parameters are: intervals that hold although the residual is not white.
 //!
-//! The covariance of the least-squares parameters is G⁻¹·M·G⁻¹ with G = JᵀJ and M the long-run covariance of the rows'
-//! scores J_t·e_t, summed over lags with falling weights (Newey and West, Econometrica 55 (1987) 703–708). Noise of the
-//! sensors, counts of the encoders and whatever the effects miss make the residual of neighbouring rows alike; counting
-//! rows as independent would promise intervals several times too narrow.
+//! The covariance of the least-squares parameters is G⁻¹·M·G⁻¹ with G = JᵀJ and M the long-run
+//! covariance of the rows' scores J_t·e_t, summed over lags with falling weights (Newey and West,
+//! Econometrica 55 (1987) 703–708). Noise of the sensors, counts of the encoders and whatever the
+//! effects miss make the residual of neighbouring rows alike; counting rows as independent would
+//! promise intervals several times too narrow.
 
 use super::projection::{Problem, Solved, product};
 use crate::fit::least_squares::normal_equations::Cholesky;
@@ -16,7 +17,8 @@ const INDEPENDENT: f64 = 0.05;
 /// The sum over lags goes on to this many times the lag at which rows become independent.
 const LAGS: usize = 3;
 
-/// Standard errors, or nothing where the records do not determine the parameters. That of a parameter that changes nothing is not a number.
+/// Standard errors, or nothing where the records do not determine the parameters. That of a
+/// parameter that changes nothing is not a number.
 pub(crate) struct Errors {
     /// Of every linear unknown, terms first, then inertias; SI.
     pub(crate) linear: Vec<f64>,
@@ -39,7 +41,8 @@ pub(crate) fn errors(problem: &Problem<'_>, solved: &Solved) -> Option<Errors> {
     if lengths.iter().any(|l| l.is_nan()) {
         return None;
     }
-    // Nor has what changes nothing, as a strength that is held at its bound and the shapes of its law.
+    // Nor has what changes nothing, as a strength that is held at its bound and the shapes of its
+    // law.
     let idle: Vec<bool> = lengths.iter().map(|l| *l <= 0.0).collect();
     let lengths = lengths.iter().map(|l| if *l <= 0.0 { 1.0 } else { *l });
     let lengths: Vec<f64> = lengths.collect();

@@ -12,8 +12,8 @@ use rayon::prelude::*;
 /// The inputs that the forces of one run follow.
 type Inputs<'a> = &'a [Option<&'static str>];
 
-/// What a column of a term stands for: a parameter that the force is proportional to, at 1; in one record alone, where its size is
-/// another one in each.
+/// What a column of a term stands for: a parameter that the force is proportional to, at 1; in one
+/// record alone, where its size is another one in each.
 struct Unit {
     parameter: usize,
     record: Option<usize>,
@@ -25,7 +25,8 @@ pub(super) fn unchanged<S>(_: &TimeHistory<'_>) -> fn(usize, &mut Parameters<S>)
     |_, _| ()
 }
 
-/// Whether two effects at these values have one run of a law: they differ by what they follow, and by strengths.
+/// Whether two effects at these values have one run of a law: they differ by what they follow, and
+/// by strengths.
 pub(super) fn share_a_run(
     (one, values): (&AxisEffect, &[f64]),
     (other, others): (&AxisEffect, &[f64]),
@@ -40,8 +41,9 @@ pub(super) fn share_a_run(
 }
 
 impl<'a> Records<'a> {
-    /// One column per linear parameter of a term: its share of the force when it is 1 and the other linear ones are 0. A
-    /// parameter with a size of its own in every record has one per record and phase.
+    /// One column per linear parameter of a term: its share of the force when it is 1 and the other
+    /// linear ones are 0. A parameter with a size of its own in every record has one per record
+    /// and phase.
     ///
     /// `values` are the term's parameters in SI, of which only those that shape the law are read.
     pub(crate) fn columns(&self, bound: &AxisEffect, values: &[f64]) -> Vec<Vec<f64>> {
@@ -49,7 +51,8 @@ impl<'a> Records<'a> {
             .swap_remove(0)
     }
 
-    /// The columns of each of several terms. Those that differ only by what they follow have one run of their law.
+    /// The columns of each of several terms. Those that differ only by what they follow have one
+    /// run of their law.
     pub(crate) fn columns_of_all(&self, terms: &[(&AxisEffect, &[f64])]) -> Vec<Vec<Vec<f64>>> {
         let of_run = |at: usize| {
             let mut before = terms[..at].iter();
@@ -138,8 +141,8 @@ impl<'a> Records<'a> {
         columns.into_iter().map(|[column]| column).collect()
     }
 
-    /// The columns of a term with several linear parameters, for each input, from one run of its law ([`SLOPES`] at most): what is linear in
-    /// a parameter has its slope as column.
+    /// The columns of a term with several linear parameters, for each input, from one run of its
+    /// law ([`SLOPES`] at most): what is linear in a parameter has its slope as column.
     fn linear_columns(
         &self,
         bound: &AxisEffect,
@@ -171,7 +174,8 @@ impl<'a> Records<'a> {
         runs.collect()
     }
 
-    /// The force of a term with all of its parameters, SI; of one with a size of its own in every record, nothing.
+    /// The force of a term with all of its parameters, SI; of one with a size of its own in every
+    /// record, nothing.
     pub(crate) fn force(&self, bound: &AxisEffect, values: &[f64]) -> Vec<f64> {
         if bound.entry.is_per_record() {
             return self.nothing();
@@ -184,7 +188,8 @@ impl<'a> Records<'a> {
         column.into_iter().flatten().next().unwrap_or_default()
     }
 
-    /// Takes from a residual what a term with a size of its own in every record has in it, by least squares in each.
+    /// Takes from a residual what a term with a size of its own in every record has in it, by least
+    /// squares in each.
     pub(crate) fn take_out(&self, bound: &AxisEffect, values: &[f64], residual: &mut [f64]) {
         if !bound.entry.is_per_record() {
             return;
@@ -205,8 +210,9 @@ impl<'a> Records<'a> {
         }
     }
 
-    /// Evaluates a law on every record, or on one alone, with what `change` makes of its strengths from row to row; then for each input that
-    /// its force may follow low-passes and thins out. `part` is what of its force is wanted, one column each.
+    /// Evaluates a law on every record, or on one alone, with what `change` makes of its strengths
+    /// from row to row; then for each input that its force may follow low-passes and thins out.
+    /// `part` is what of its force is wanted, one column each.
     pub(super) fn column<S: HostScalar, C: FnMut(usize, &mut Parameters<S>), const N: usize>(
         &self,
         (bound, parameters): (&AxisEffect, &Parameters<S>),

@@ -61,10 +61,11 @@ pub struct EffectsFit {
     pub warnings: Vec<String>,
 }
 
-/// Fits a sum of effects to the training records `motions`; inertias that the axes do not state are found as well.
+/// Fits a sum of effects to the training records `motions`; inertias that the axes do not state are
+/// found as well.
 ///
-/// `low_pass` are the taps of the study's symmetric low-pass: laws are evaluated on the wide-band states, then both sides
-/// go through it alike.
+/// `low_pass` are the taps of the study's symmetric low-pass: laws are evaluated on the wide-band
+/// states, then both sides go through it alike.
 ///
 /// # Errors
 /// One sentence: no term, no record, too few rows for the parameters, a force that never changes.
@@ -226,7 +227,8 @@ fn columns_before(problem: &Problem<'_>, term: usize) -> usize {
     terms.map(|bound| problem.records.count(bound)).sum()
 }
 
-/// The interval of a parameter that the force is proportional to, and what speaks against its value.
+/// The interval of a parameter that the force is proportional to, and what speaks against its
+/// value.
 pub(in crate::fit) fn of_linear(
     value: f64,
     positive: bool,
@@ -240,7 +242,8 @@ pub(in crate::fit) fn of_linear(
     (interval, doubt)
 }
 
-/// The interval of √(Σf²/records), for the records' sizes f and the standard errors of all of them, or of all but the first.
+/// The interval of √(Σf²/records), for the records' sizes f and the standard errors of all of them,
+/// or of all but the first.
 fn of_size_per_record(
     value: f64,
     sizes: &[f64],
@@ -255,7 +258,8 @@ fn of_size_per_record(
     known.then_some([low, value + QUANTILE * error])
 }
 
-/// The interval of a parameter that was searched for, the one at `place` (term, parameter), and what speaks against its value.
+/// The interval of a parameter that was searched for, the one at `place` (term, parameter), and
+/// what speaks against its value.
 fn of_shape(
     problem: &Problem<'_>,
     errors: Option<&Errors>,
@@ -325,7 +329,8 @@ fn doubtful_inertia(axis: &Axis, found: &Inertia) -> Option<String> {
     })
 }
 
-/// The inertia of an axis, stated or identified; `errors` are the standard errors of those identified that are left.
+/// The inertia of an axis, stated or identified; `errors` are the standard errors of those
+/// identified that are left.
 pub(in crate::fit) fn found_inertia(
     axis: &Axis,
     identified: Option<f64>,

@@ -1,8 +1,10 @@
-//! Least squares for what the force is proportional to, given the shapes of the laws; and the search for the shapes.
+//! Least squares for what the force is proportional to, given the shapes of the laws; and the
+//! search for the shapes.
 //!
-//! Variable projection: for any values of the shapes the linear parameters follow exactly from the normal equations, so
-//! only the shapes are searched for, by Levenberg–Marquardt on their logarithms. The derivative of the remaining
-//! residual is that of the force at fixed linear parameters, projected off the columns (Kaufman, BIT 15 (1975) 49–57).
+//! Variable projection: for any values of the shapes the linear parameters follow exactly from the
+//! normal equations, so only the shapes are searched for, by Levenberg–Marquardt on their
+//! logarithms. The derivative of the remaining residual is that of the force at fixed linear
+//! parameters, projected off the columns (Kaufman, BIT 15 (1975) 49–57).
 
 use super::columns::Records;
 use super::slopes::At;
@@ -54,7 +56,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) records: &'a Records<'a>,
     pub(crate) terms: &'a [AxisEffect],
     pub(crate) shapes: &'a [ShapeUnknown],
-    /// One over the standard deviation of each axis's residual: what makes newtons and newton-metres comparable.
+    /// One over the standard deviation of each axis's residual: what makes newtons and
+    /// newton-metres comparable.
     pub(crate) weights: Vec<f64>,
 }
 
@@ -90,7 +93,8 @@ impl Problem<'_> {
         matrix
     }
 
-    /// The columns of every term at these values; those of terms whose shapes are those of `before` are taken from it.
+    /// The columns of every term at these values; those of terms whose shapes are those of `before`
+    /// are taken from it.
     fn columns(&self, values: &[Vec<f64>], before: Option<&Solved>) -> Vec<Vec<f64>> {
         let is_kept = |term: usize, before: &Solved| {
             let parameters = self.terms[term].entry.parameters().iter();
@@ -181,7 +185,8 @@ impl Problem<'_> {
         })
     }
 
-    /// The least and the most of the factor of every column: what is physical, as a strength or an inertia, is not less than nothing.
+    /// The least and the most of the factor of every column: what is physical, as a strength or an
+    /// inertia, is not less than nothing.
     fn bounds(&self) -> Vec<[f64; 2]> {
         let inertias = self.records.accelerations.iter().flatten();
         let terms = self.terms.iter();
@@ -220,11 +225,13 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// Brings the shapes to where their slopes no longer see the residual, whether or not the cost falls on the way.
+    /// Brings the shapes to where their slopes no longer see the residual, whether or not the cost
+    /// falls on the way.
     ///
-    /// A law that switches at a shape (`reaches`) makes the cost a staircase on top of the valley that the derivative
-    /// sees. The stairs are the rows nearest to the switch, and which of them lie beyond it is a matter of the
-    /// displacement's last count: a descent that stops at such a stair puts the shape where the counts fall.
+    /// A law that switches at a shape (`reaches`) makes the cost a staircase on top of the valley
+    /// that the derivative sees. The stairs are the rows nearest to the switch, and which of
+    /// them lie beyond it is a matter of the displacement's last count: a descent that stops at
+    /// such a stair puts the shape where the counts fall.
     pub(crate) fn settle(&self, found: Solved) -> Result<Solved> {
         let before = self.shapes_of(&found);
         let mut settled = found.clone();
@@ -235,8 +242,8 @@ impl Problem<'_> {
             if moved < SMALL_STEP {
                 break;
             }
-            // Steps that no longer shrink go to and fro across one stair: the middle is as good as either side, and so is where
-            // the next of them leads.
+            // Steps that no longer shrink go to and fro across one stair: the middle is as good as
+            // either side, and so is where the next of them leads.
             match (moved < SHRINKING * last, part < 1.0) {
                 (true, _) => part = 1.0,
                 (false, false) => part = 0.5,
@@ -252,8 +259,9 @@ impl Problem<'_> {
                 .collect();
             settled = self.solve(&tried, Some(&settled))?;
         }
-        // This is for the last counts only: what leads out of the valley is not followed. The cost is no judge here, since
-        // records with little noise pay for a single row on the wrong side of a switch with several times their noise.
+        // This is for the last counts only: what leads out of the valley is not followed. The cost
+        // is no judge here, since records with little noise pay for a single row on the
+        // wrong side of a switch with several times their noise.
         let shapes = self.shapes_of(&settled);
         let near = shapes.iter().zip(&before);
         let near = near.fold(0.0, |most: f64, (a, b)| most.max((a / b).ln().abs())) < MAX_MOVED;
@@ -284,7 +292,8 @@ impl Problem<'_> {
         self.weighted(&all)
     }
 
-    /// JᵀJ and Jᵀe of the slopes with the columns projected out, beside each other, and the number of slopes.
+    /// JᵀJ and Jᵀe of the slopes with the columns projected out, beside each other, and the number
+    /// of slopes.
     fn reduced(&self, solved: &Solved) -> Result<(Mat<f64>, usize)> {
         let design = self.design(solved);
         let products = product(&design, &design);
@@ -303,7 +312,8 @@ impl Problem<'_> {
         Ok((reduced, shapes))
     }
 
-    /// Levenberg–Marquardt from the given shapes until a step gains less than `small_gain` of the cost.
+    /// Levenberg–Marquardt from the given shapes until a step gains less than `small_gain` of the
+    /// cost.
     pub(crate) fn search(&self, start: &[f64], small_gain: f64) -> Result<(Solved, Stopped)> {
         let first = self.solve(start, None)?;
         if self.shapes.is_empty() {
@@ -357,8 +367,8 @@ pub(crate) fn cost(records: &Records<'_>, residual: &[f64], weights: &[f64]) -> 
         .sum()
 }
 
-/// Entries of a product from which on threads share it. They share its columns: of a narrow one each has next to nothing to do, and they
-/// wait for each other, spinning.
+/// Entries of a product from which on threads share it. They share its columns: of a narrow one
+/// each has next to nothing to do, and they wait for each other, spinning.
 const SHARED: usize = 1 << 12;
 
 /// AᵀB.

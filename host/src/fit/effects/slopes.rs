@@ -30,10 +30,11 @@ struct Run<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// How the force of a sum of terms changes with the logarithm of each unknown, at fixed factors: one column per unknown.
+    /// How the force of a sum of terms changes with the logarithm of each unknown, at fixed
+    /// factors: one column per unknown.
     ///
-    /// All shapes of a term come from one run of its law along the records ([`SLOPES`] at most), since powers and exponentials cost far more
-    /// than their derivatives.
+    /// All shapes of a term come from one run of its law along the records ([`SLOPES`] at most),
+    /// since powers and exponentials cost far more than their derivatives.
     pub(crate) fn slopes(&self, terms: &[At<'_>], unknowns: &[&ShapeUnknown]) -> Vec<Vec<f64>> {
         let places_of = |term: usize| -> Vec<(usize, usize)> {
             let all = unknowns.iter().enumerate();
@@ -69,7 +70,8 @@ impl<'a> Records<'a> {
         sums
     }
 
-    /// How the force of terms that share a run of their law changes with the logarithms of some of its shapes, N at most.
+    /// How the force of terms that share a run of their law changes with the logarithms of some of
+    /// its shapes, N at most.
     fn run<const N: usize>(&self, sharing: &[At<'_>], by: &[usize]) -> Vec<Vec<f64>>
     where
         Dual<N>: HostScalar,
@@ -108,7 +110,8 @@ impl<'a> Records<'a> {
         sums.into()
     }
 
-    /// The slopes of the force of terms that share a run of their law, whose strengths are sums of what each has at a row.
+    /// The slopes of the force of terms that share a run of their law, whose strengths are sums of
+    /// what each has at a row.
     fn slopes_of_sum<const N: usize>(
         &self,
         sharing: &[At<'_>],

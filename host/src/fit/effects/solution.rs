@@ -1,4 +1,5 @@
-//! The best values of a sum of terms: from which starts the search for their shapes begins, and which of its ends is kept.
+//! The best values of a sum of terms: from which starts the search for their shapes begins, and
+//! which of its ends is kept.
 
 use super::columns::Records;
 use super::projection::{Problem, Solved, Stopped};
@@ -13,15 +14,18 @@ use rayon::prelude::*;
 
 /// Thinned rows that are wanted for each parameter.
 const ROWS_PER_PARAMETER: usize = 5;
-/// A gain below which starts are told apart: how low the search from one of them leads in the end hardly changes any more.
+/// A gain below which starts are told apart: how low the search from one of them leads in the end
+/// hardly changes any more.
 const APART: f64 = 1e-3;
-/// A force that varies by less than this part of its size never changes: logs have nine digits at most.
+/// A force that varies by less than this part of its size never changes: logs have nine digits at
+/// most.
 const UNCHANGING: f64 = 1e-7;
 /// Values that cannot be have to leave less by this factor, as power, than values that can.
 const UNPHYSICAL: f64 = 1.1;
 
-/// Where the search for the shapes of terms may start beside what a scan of their own starting values finds: one value per
-/// unknown, in the order of the terms' unknowns; nothing where nothing is known.
+/// Where the search for the shapes of terms may start beside what a scan of their own starting
+/// values finds: one value per unknown, in the order of the terms' unknowns; nothing where nothing
+/// is known.
 pub(crate) type AnotherStart<'a> = &'a dyn Fn(&Records<'_>) -> Result<Option<Vec<f64>>>;
 
 /// A sum of terms at its best, before it is put into words.
@@ -37,7 +41,8 @@ pub(crate) struct Solution {
 }
 
 impl Solution {
-    /// The terms that were solved for with their values, and the inertia of every axis, kg or kg·m².
+    /// The terms that were solved for with their values, and the inertia of every axis, kg or
+    /// kg·m².
     pub(crate) fn in_si(
         &self,
         terms: &[AxisEffect],
@@ -70,8 +75,8 @@ impl Solution {
     }
 }
 
-/// Fits terms to records. `from` has starting values of every shape, in the order of the terms' unknowns; without it
-/// every effect's own starts are scanned.
+/// Fits terms to records. `from` has starting values of every shape, in the order of the terms'
+/// unknowns; without it every effect's own starts are scanned.
 ///
 /// # Errors
 /// One sentence: too few rows for the parameters, a force that never changes.
@@ -89,7 +94,8 @@ pub(crate) fn solve(
     solve_from(records, axes, terms, shapes, from)
 }
 
-/// The same from a scan and from one more start: the one from which the search leaves least is kept.
+/// The same from a scan and from one more start: the one from which the search leaves least is
+/// kept.
 pub(crate) fn solve_also_from(
     records: &Records<'_>,
     axes: &[Axis],
@@ -171,8 +177,9 @@ fn scanned(
 
 /// The best that is found from any of these starts.
 ///
-/// What leaves least by values that cannot be does so with what another effect leaves over, and goes astray on other records: what
-/// leaves nearly as little by values that can is better. The axes are weighed by their forces first, then by what is left of each.
+/// What leaves least by values that cannot be does so with what another effect leaves over, and
+/// goes astray on other records: what leaves nearly as little by values that can is better. The
+/// axes are weighed by their forces first, then by what is left of each.
 fn solve_from(
     records: &Records<'_>,
     axes: &[Axis],
@@ -213,8 +220,9 @@ fn solve_from(
     })
 }
 
-/// Starting values of every shape of terms of which some are found `last`: lines and short waves show only in what the other terms leave of
-/// the force. `value` is where a shape of theirs starts, by that residual.
+/// Starting values of every shape of terms of which some are found `last`: lines and short waves
+/// show only in what the other terms leave of the force. `value` is where a shape of theirs starts,
+/// by that residual.
 fn last(
     records: &Records<'_>,
     axes: &[Axis],

@@ -1,6 +1,8 @@
-//! Where the search for the shapes starts: a scan over every law's own starting values, axis by axis.
+//! Where the search for the shapes starts: a scan over every law's own starting values, axis by
+//! axis.
 //!
-//! A strong stop would otherwise capture a clearance, and a search that starts in the wrong valley stays there.
+//! A strong stop would otherwise capture a clearance, and a search that starts in the wrong valley
+//! stays there.
 
 use super::columns::Records;
 use super::projection::product;
@@ -88,7 +90,8 @@ impl Scan {
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let (mut fixed, mut choices) = (Vec::new(), Vec::new());
         for (term, bound) in terms.iter().enumerate() {
-            // A law on both axes shares its shapes with the terms that own them, and comes in with the search.
+            // A law on both axes shares its shapes with the terms that own them, and comes in with
+            // the search.
             if bound.axis != axis || bound.entry.acts == Acts::BothAxes {
                 continue;
             }
@@ -210,7 +213,8 @@ impl Scan {
     }
 }
 
-/// Σ of the squares that least squares on some columns leaves of another one, from the products of all of them.
+/// Σ of the squares that least squares on some columns leaves of another one, from the products of
+/// all of them.
 ///
 /// One column after the other is projected out; one that the others already explain is passed over.
 pub(crate) fn left_over(products: &Mat<f64>, columns: &[usize], target: usize) -> f64 {

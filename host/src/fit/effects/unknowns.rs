@@ -106,18 +106,21 @@ pub(crate) fn reference(bound: &AxisEffect, parameter: &Parameter, references: &
 
 /// Periods of a line in the longest record, at least.
 const PERIODS: f64 = 3.0;
-/// Frequency of a line beside the rate of the rows behind the low-pass, at most: near one half any amplitude with a phase to match gives the
-/// same samples, and beyond it what is left of the line behind the low-pass looks like a slow force.
+/// Frequency of a line beside the rate of the rows behind the low-pass, at most: near one half any
+/// amplitude with a phase to match gives the same samples, and beyond it what is left of the line
+/// behind the low-pass looks like a slow force.
 const SAMPLED: f64 = 0.45;
-/// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of materials.
+/// Friction at rest is at most so many times that in motion, for any lubricated or dry pair of
+/// materials.
 const AT_REST: f64 = 3.0;
 
-/// A strength of the joint is at most so many times what the largest force, displacement and velocity make: a stop of that stiffness is
-/// pressed by a thousandth of the motion.
+/// A strength of the joint is at most so many times what the largest force, displacement and
+/// velocity make: a stop of that stiffness is pressed by a thousandth of the motion.
 const MOST: f64 = 1e3;
 
-/// The least and the most of a parameter that the force is proportional to: a strength that has to be positive is not below nothing, an
-/// inertia is not less than stated by all that is stated, and the gain of a channel is one that can be put right.
+/// The least and the most of a parameter that the force is proportional to: a strength that has to
+/// be positive is not below nothing, an inertia is not less than stated by all that is stated, and
+/// the gain of a channel is one that can be put right.
 fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Records<'_>) -> [f64; 2] {
     match bound.entry.about.name {
         _ if bound.is_positive(parameter) => [0.0, f64::INFINITY],
@@ -140,12 +143,13 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
     columns.flatten().collect()
 }
 
-/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is absent, unless another one is
-/// enough; no strength of the joint is far beyond what is measured; none is less than what it exceeds in nature or more than a few
-/// times that; and it has not become another one. One whose memory
-/// outlasts the records has: it is a spring about another zero, and follows the drift of an instrument. So has one that forgets within a
-/// sample, which is a damper, one that repeats after more than the travel, or a line of which the longest record holds no three periods or
-/// the sampling no more than a glimpse.
+/// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is
+/// absent, unless another one is enough; no strength of the joint is far beyond what is measured;
+/// none is less than what it exceeds in nature or more than a few times that; and it has not become
+/// another one. One whose memory outlasts the records has: it is a spring about another zero, and
+/// follows the drift of an instrument. So has one that forgets within a sample, which is a damper,
+/// one that repeats after more than the travel, or a line of which the longest record holds no
+/// three periods or the sampling no more than a glimpse.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();

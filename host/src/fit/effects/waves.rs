@@ -1,5 +1,5 @@
-//! Waves over the displacement that are too short for a scan of starting values: ripple of a motor or a gear, balls of a screw, of which the
-//! travel holds dozens.
+//! Waves over the displacement that are too short for a scan of starting values: ripple of a motor
+//! or a gear, balls of a screw, of which the travel holds dozens.
 
 use super::columns::Records;
 use super::unknowns::ShapeUnknown;
@@ -15,8 +15,8 @@ const POINTS_PER_PEAK: usize = 4;
 const MAX_PITCHES: usize = 3;
 
 impl Records<'_> {
-    /// The shortest wave over the displacement that can be told, m or rad: without a low-pass that keeps faster ones out, two steps from row to
-    /// row, of which half are shorter; else 0.
+    /// The shortest wave over the displacement that can be told, m or rad: without a low-pass that
+    /// keeps faster ones out, two steps from row to row, of which half are shorter; else 0.
     pub(crate) fn shortest_wave(&self, axis: usize) -> f64 {
         if self.taps.len() > 1 {
             return 0.0;
@@ -34,8 +34,9 @@ impl Records<'_> {
         2.0 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
     }
 
-    /// The pitches, m or rad, at which a residual repeats most strongly over the displacement of an effect's axis, the strongest first: those
-    /// that are shorter than the starts of its pitch. The wave of a friction turns its sign with the velocity.
+    /// The pitches, m or rad, at which a residual repeats most strongly over the displacement of an
+    /// effect's axis, the strongest first: those that are shorter than the starts of its pitch.
+    /// The wave of a friction turns its sign with the velocity.
     ///
     /// `residual` has both axes, as columns have.
     pub(crate) fn pitches_in(

@@ -9,8 +9,8 @@ use crate::text::error::{Error, Result};
 /// A polynomial of the summed records; `study`, when given, is what its errors are measured on.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when an inertia is not stated, the records have no time, the sums determine nothing, or the study is
-/// another one.
+/// [`crate::text::error::Kind::Data`] when an inertia is not stated, the records have no time, the
+/// sums determine nothing, or the study is another one.
 pub fn polynomial(
     part: &Part,
     options: &PolynomialOptions,
@@ -29,11 +29,12 @@ pub fn polynomial(
     finish(part, fit_result, study)
 }
 
-/// The effects of the summed study with the strengths that the sums give; `study`, when given, is what its errors are measured on.
+/// The effects of the summed study with the strengths that the sums give; `study`, when given, is
+/// what its errors are measured on.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when an effect's shape has to be searched for, the sums determine nothing, or the study is
-/// another one.
+/// [`crate::text::error::Kind::Data`] when an effect's shape has to be searched for, the sums
+/// determine nothing, or the study is another one.
 pub fn physical(part: &Part, study: Option<&Study>) -> Result<Identified> {
     let fit = part.physical()?;
     let axes = &part.plan().axes;
@@ -43,7 +44,8 @@ pub fn physical(part: &Part, study: Option<&Study>) -> Result<Identified> {
     finish(part, fit_result, study)
 }
 
-/// The model with the summed records in its history, and its errors on a study's records when there is one.
+/// The model with the summed records in its history, and its errors on a study's records when there
+/// is one.
 fn finish(part: &Part, fit_result: FitResult, study: Option<&Study>) -> Result<Identified> {
     let plan = part.plan();
     let inertia = fit_result.inertia.clone();

@@ -89,8 +89,8 @@ pub enum Kind {
 /// [`polynomial`], [`network`] and [`physical`] take options and tell more.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study has no training record, its records cannot be fitted, or a physical model is
-/// wanted and the study lists no `[base]`.
+/// [`crate::text::error::Kind::Data`] when the study has no training record, its records cannot be
+/// fitted, or a physical model is wanted and the study lists no `[base]`.
 pub fn identify(study: &Study, kind: Kind) -> Result<ModelFile> {
     let identified = match kind {
         Kind::Polynomial => polynomial(study, &PolynomialOptions::default(), &|_| ()),
@@ -145,7 +145,8 @@ impl Prepared {
     /// Designs the filters for a study and applies them to all of its records.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when the study has no training record or a record is shorter than the filters.
+    /// [`crate::text::error::Kind::Data`] when the study has no training record or a record is
+    /// shorter than the filters.
     pub fn new(study: &Study) -> Result<Self> {
         check_training(study)?;
         let filters = Filters::design(study)?;
@@ -188,7 +189,8 @@ impl Prepared {
             .collect()
     }
 
-    /// RMS of the restoring force of one axis over all training rows, N or N·m, for its inertia in kg or kg·m².
+    /// RMS of the restoring force of one axis over all training rows, N or N·m, for its inertia in
+    /// kg or kg·m².
     pub fn training_force_rms(&self, study: &Study, axis: usize, inertia: f64) -> f64 {
         let (mut sum, mut rows) = (0.0, 0);
         for motion in self.training(study) {
@@ -200,7 +202,8 @@ impl Prepared {
         (sum / rows as f64).sqrt()
     }
 
-    /// Makes the model file: adds the errors on every record, and warnings about what validation asks of the model.
+    /// Makes the model file: adds the errors on every record, and warnings about what validation
+    /// asks of the model.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when a record cannot be compared.
@@ -255,7 +258,8 @@ impl FitResult {
     }
 }
 
-/// What a force follows beside the motion, with its range in the training records; nothing for one that does not change in them.
+/// What a force follows beside the motion, with its range in the training records; nothing for one
+/// that does not change in them.
 fn followed(found: &FitResult, training: &[&Motion]) -> Vec<FollowedInput> {
     let effects = found.effects.iter();
     let names = effects.filter_map(|e| Some(Follows::parse(input_of(&e.effect)?).name));

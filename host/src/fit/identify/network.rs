@@ -15,19 +15,20 @@ use crate::text::error::Result;
 pub struct Training {
     /// The fit with all its restarts.
     pub fit: NetworkFit,
-    /// Per restart and axis: NMSE in percent on the validation records in the common band, empty without such records. For the
-    /// reader only: nothing is chosen by it.
+    /// Per restart and axis: NMSE in percent on the validation records in the common band, empty
+    /// without such records. For the reader only: nothing is chosen by it.
     pub validation_nmse_percent: Vec<Vec<f64>>,
-    /// Per axis: how far the restarts' predictions lie apart on validation records, or on training records when there are no
-    /// others; see [`NetworkFit::disagreement`].
+    /// Per axis: how far the restarts' predictions lie apart on validation records, or on training
+    /// records when there are no others; see [`NetworkFit::disagreement`].
     pub disagreement: Vec<f64>,
 }
 
-/// Learns a network from the training records of a study; [`Identified::training`] says how it went.
+/// Learns a network from the training records of a study; [`Identified::training`] says how it
+/// went.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot be trained on;
-/// [`crate::text::error::Kind::Usage`] for options out of range.
+/// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot
+/// be trained on; [`crate::text::error::Kind::Usage`] for options out of range.
 pub fn network(
     study: &Study,
     options: &NetworkOptions,

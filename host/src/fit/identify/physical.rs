@@ -21,11 +21,12 @@ const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
 /// The same where there is no time.
 const QUASI_STATIC_TERMS: [&str; 3] = ["stiffness", "coulomb", "preload"];
 
-/// Learns the values of the study's `[base] terms`, or of a spring, a damper and a constant force where it names none.
+/// Learns the values of the study's `[base] terms`, or of a spring, a damper and a constant force
+/// where it names none.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when a term is not known, stands twice or names an axis that is not there, when the study
-/// has no training record or its records cannot be fitted.
+/// [`crate::text::error::Kind::Data`] when a term is not known, stands twice or names an axis that
+/// is not there, when the study has no training record or its records cannot be fitted.
 pub fn physical(study: &Study) -> Result<Identified> {
     let (terms, proposed) = base_terms(study)?;
     let prepared = Prepared::new(study)?;
@@ -56,7 +57,8 @@ impl Prepared {
     }
 }
 
-/// Fits effects alone, with late channels put in time; from one more start than a scan of the effects' own values finds.
+/// Fits effects alone, with late channels put in time; from one more start than a scan of the
+/// effects' own values finds.
 ///
 /// # Errors
 /// As [`fit_effects_also_from`].
@@ -74,11 +76,12 @@ pub(crate) fn fit_alone(
     Ok(fit_in_time(study, prepared, fit)?.0)
 }
 
-/// Fits by `fit` to the training records; where force channels may be late, again with the channels put in time. Of very many rows
-/// some stretches are enough.
+/// Fits by `fit` to the training records; where force channels may be late, again with the channels
+/// put in time. Of very many rows some stretches are enough.
 ///
-/// The law of a delay is the first order of a shift. What the second order leaves would be taken for a wrong gain, so the
-/// channels are shifted by what was found and the rest is found anew (Gauss–Newton).
+/// The law of a delay is the first order of a shift. What the second order leaves would be taken
+/// for a wrong gain, so the channels are shifted by what was found and the rest is found anew
+/// (Gauss–Newton).
 pub(crate) fn fit_in_time<T>(
     study: &Study,
     prepared: &Prepared,
@@ -182,8 +185,8 @@ pub(crate) fn effect_terms(axes: &[Axis], terms: &[FittedEffect]) -> Vec<ModelEf
 }
 
 impl FitResult {
-    /// What a fit of effects alone found, over these ranges of the states; `force_rms` gives the RMS of an axis's force over
-    /// the training rows, for its inertia.
+    /// What a fit of effects alone found, over these ranges of the states; `force_rms` gives the
+    /// RMS of an axis's force over the training rows, for its inertia.
     pub(super) fn of_effects(
         axes: &[Axis],
         fit: EffectsFit,

@@ -12,7 +12,8 @@ use crate::text::table::significant;
 /// Learns a polynomial from the training records of a study.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot be fitted.
+/// [`crate::text::error::Kind::Data`] when the study has no training record or its records cannot
+/// be fitted.
 pub fn polynomial(
     study: &Study,
     options: &PolynomialOptions,
@@ -54,7 +55,8 @@ pub(crate) fn equations(model: &ModelFile) -> Vec<String> {
 /// A polynomial with more terms than this is not printed as an equation.
 const READABLE_TERMS: usize = 12;
 
-/// `r_x [N] = 1.2 − 3.4·u − …` with every input's meaning, or nothing when it would not be readable.
+/// `r_x [N] = 1.2 − 3.4·u − …` with every input's meaning, or nothing when it would not be
+/// readable.
 fn equation(
     polynomial: &Polynomial,
     index: usize,
@@ -133,7 +135,8 @@ fn equation(
 }
 
 impl FitResult {
-    /// What the fit of a polynomial found; `force_rms` gives the RMS of an axis's force over the training rows, for its inertia.
+    /// What the fit of a polynomial found; `force_rms` gives the RMS of an axis's force over the
+    /// training rows, for its inertia.
     pub(super) fn of_polynomial(
         axes: &[Axis],
         fit: PolynomialFit,

@@ -16,11 +16,12 @@ pub(super) struct StateInput {
 }
 
 impl StateInput {
-    /// The input of this name; without a name the only one of a study of one axis. One that does not change in the training records says
-    /// nothing, and is left out.
+    /// The input of this name; without a name the only one of a study of one axis. One that does
+    /// not change in the training records says nothing, and is left out.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Usage`] for a name that the study has not, and for a study of two axes.
+    /// [`crate::text::error::Kind::Usage`] for a name that the study has not, and for a study of
+    /// two axes.
     pub(super) fn of(study: &Study, wanted: Option<&str>, training: &[&Motion]) -> Result<Self> {
         let names = || study.inputs.iter().map(|input| input.name.as_str());
         let left_out = |warning: String| Self {

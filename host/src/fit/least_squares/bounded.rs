@@ -1,22 +1,25 @@
-//! Least squares whose factors keep to physical bounds: what has to be positive is, and what instruments do within their tolerances stays
-//! within them.
+//! Least squares whose factors keep to physical bounds: what has to be positive is, and what
+//! instruments do within their tolerances stays within them.
 
 use super::normal_equations::Cholesky;
 use faer::Mat;
 
-/// A trace of a ridge, beside columns of length 1: keeps columns apart that nearly repeat each other.
+/// A trace of a ridge, beside columns of length 1: keeps columns apart that nearly repeat each
+/// other.
 const RIDGE: f64 = 1e-9;
 
-/// A factor leaves its bound where that takes away more than this part of what its column alone could.
+/// A factor leaves its bound where that takes away more than this part of what its column alone
+/// could.
 const PULL: f64 = 1e-9;
 /// Passes for each factor after which the best so far is kept.
 const PASSES: usize = 4;
 
-/// The factors of columns, from the products of all of them, the series last; `bounds` are the least and the most of each factor, with 0
-/// between them or at one of them.
+/// The factors of columns, from the products of all of them, the series last; `bounds` are the
+/// least and the most of each factor, with 0 between them or at one of them.
 ///
-/// Of all factors within the bounds they leave least. Those that stand at a bound are a set that changes until none of them would rather
-/// leave it (P. B. Stark, R. L. Parker, Computational Statistics 10 (1995) 129–141).
+/// Of all factors within the bounds they leave least. Those that stand at a bound are a set that
+/// changes until none of them would rather leave it (P. B. Stark, R. L. Parker, Computational
+/// Statistics 10 (1995) 129–141).
 pub(crate) fn factors(products: &Mat<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
     let count = bounds.len();
     let scale: Vec<f64> = (0..count)
@@ -37,7 +40,8 @@ pub(crate) fn factors(products: &Mat<f64>, bounds: &[[f64; 2]]) -> Vec<f64> {
     let length = products[(count, count)].max(f64::MIN_POSITIVE).sqrt();
     for _ in 0..=PASSES * count {
         let best = unbounded(products, &scale, &found, &free);
-        // The part of the way to there that keeps to the bounds, and what stands at one when it is gone.
+        // The part of the way to there that keeps to the bounds, and what stands at one when it is
+        // gone.
         let reached = |c: usize| {
             let [least, most] = bounds[c];
             let bound = best[c].clamp(least, most);

@@ -37,7 +37,8 @@ pub(crate) trait SumOfSquares {
     /// JᵀJ and Jᵀe of the unknowns, beside each other; e is what is left.
     fn normal<'a>(&self, linearised: &'a Self::Linearised) -> &'a Mat<f64>;
 
-    /// The point that a step leads to, which may be held within bounds; none when that is no change.
+    /// The point that a step leads to, which may be held within bounds; none when that is no
+    /// change.
     ///
     /// # Errors
     /// As [`SumOfSquares::linearised`].
@@ -49,8 +50,9 @@ pub(crate) trait SumOfSquares {
     ) -> Result<Option<Self::Point>>;
 }
 
-/// Takes out of JᵀJ and Jᵀe, beside each other, the unknowns that a bound keeps from going where they would, `is_held` of an unknown and the
-/// sign of its step: they stay there, and the others go as if they were known.
+/// Takes out of JᵀJ and Jᵀe, beside each other, the unknowns that a bound keeps from going where
+/// they would, `is_held` of an unknown and the sign of its step: they stay there, and the others go
+/// as if they were known.
 pub(crate) fn hold(normal: &mut Mat<f64>, is_held: impl Fn(usize, f64) -> bool) {
     let unknowns = normal.nrows();
     for held in 0..unknowns {
@@ -65,7 +67,8 @@ pub(crate) fn hold(normal: &mut Mat<f64>, is_held: impl Fn(usize, f64) -> bool) 
     }
 }
 
-/// Goes down from a point until a step gains less than `small_gain` of the cost, with so many steps at most.
+/// Goes down from a point until a step gains less than `small_gain` of the cost, with so many steps
+/// at most.
 pub(crate) fn descend<S: SumOfSquares>(
     squares: &S,
     start: S::Point,

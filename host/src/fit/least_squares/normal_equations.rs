@@ -1,4 +1,5 @@
-//! Solving the normal equations of a fit: scaled, by Cholesky, and by the shortest solution where the data leave directions open.
+//! Solving the normal equations of a fit: scaled, by Cholesky, and by the shortest solution where
+//! the data leave directions open.
 
 use crate::text::error::{Error, Result};
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -7,7 +8,8 @@ use faer::linalg::cholesky::llt::solve::solve_in_place;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, Par, Side};
 
-/// Above this condition number of the columns the matrix of the normal equations has lost its digits.
+/// Above this condition number of the columns the matrix of the normal equations has lost its
+/// digits.
 const WORST_CONDITION: f64 = 3e6;
 
 /// Eigenvalues below this share of the largest count as zero.
@@ -20,8 +22,8 @@ pub struct Solution {
     pub coefficients: Mat<f64>,
     /// Directions that the data determine.
     pub rank: usize,
-    /// Condition number of the columns, each scaled to length 1: estimated by iteration when the rank is
-    /// full, else over the directions that the data determine.
+    /// Condition number of the columns, each scaled to length 1: estimated by iteration when the
+    /// rank is full, else over the directions that the data determine.
     pub condition: f64,
 }
 
@@ -81,9 +83,9 @@ impl Cholesky {
 
 /// The least-squares coefficients from Σ φ·φᵀ and Σ φ·y.
 ///
-/// Columns are scaled to length 1 first. A matrix that is not positive definite, or too badly conditioned
-/// to trust, is solved by its eigenvectors instead: the shortest solution in scaled coefficients, with nothing
-/// along directions that the data leave open.
+/// Columns are scaled to length 1 first. A matrix that is not positive definite, or too badly
+/// conditioned to trust, is solved by its eigenvectors instead: the shortest solution in scaled
+/// coefficients, with nothing along directions that the data leave open.
 ///
 /// # Errors
 /// One sentence when even the eigenvalues cannot be had, which takes entries that are not finite.

@@ -1,8 +1,9 @@
 //! Bayesian regularisation: how strongly large weights are held back follows from the data.
 //!
-//! Weights are normal with precision α, residuals with precision β; both are re-estimated as training goes on
-//! (MacKay, Neural Computation 4 (1992) 415 and 448; Foresee and Hagan, Proc. ICNN 1997, 1930). With P weights, N
-//! residuals, the Gauss–Newton matrix H = β·JᵀJ + α·I, E_D = ½·Σ r² and E_W = ½·Σ w²:
+//! Weights are normal with precision α, residuals with precision β; both are re-estimated as
+//! training goes on (MacKay, Neural Computation 4 (1992) 415 and 448; Foresee and Hagan, Proc. ICNN
+//! 1997, 1930). With P weights, N residuals, the Gauss–Newton matrix H = β·JᵀJ + α·I, E_D = ½·Σ r²
+//! and E_W = ½·Σ w²:
 //!
 //! γ = P − α·tr H⁻¹, α = γ/(2·E_W), β = (N − γ)/(2·E_D).
 //!
@@ -32,7 +33,8 @@ pub(super) struct Sizes {
     pub(super) squared_weights: f64,
 }
 
-/// Limits of ρ = α/β per residual: beyond them the matrices lose their digits, or nothing is learnt.
+/// Limits of ρ = α/β per residual: beyond them the matrices lose their digits, or nothing is
+/// learnt.
 const RIDGE_PER_RESIDUAL: [f64; 2] = [1e-13, 1.0];
 
 impl Precisions {
@@ -58,7 +60,8 @@ impl Precisions {
         }
     }
 
-    /// The logarithm of the evidence for these precisions, up to what all networks of one study share: restarts are compared by it.
+    /// The logarithm of the evidence for these precisions, up to what all networks of one study
+    /// share: restarts are compared by it.
     pub(super) fn log_evidence(self, sizes: Sizes, spread: Spread) -> f64 {
         // det H = β^P·det(JᵀJ + ρ·I).
         let log_det = sizes.parameters * self.beta.ln() + spread.log_det;

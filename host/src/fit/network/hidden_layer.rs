@@ -1,12 +1,16 @@
-//! The hidden layer over the training rows: its values, and every sum over rows that training needs.
+//! The hidden layer over the training rows: its values, and every sum over rows that training
+//! needs.
 //!
-//! Three passes, each over blocks of rows that stay in the second-level cache. With Φ = [tanh(W1·P + b1), 1] and D = 1 − tanh²:
+//! Three passes, each over blocks of rows that stay in the second-level cache. With
+//! Φ = [tanh(W1·P + b1), 1] and D = 1 − tanh²:
 //!
-//! - [`Pass::outer`]: Φᵀ·Φ, Φᵀ·Y and Yᵀ·Y, from which the output layer follows exactly (a trial step needs no more);
-//! - [`Pass::gradient`]: Σ D_h·P_j·Σ_k c_hk·r_k, the gradient of half the squared error for given output weights c;
-//! - [`Pass::curvature`]: the matrix of all products of the columns D_h·P_j and Φ. The derivative of output k by the weight of
-//!   neuron h and input j is c_hk·D_h·P_j, so one matrix serves all outputs. It may be summed over fewer rows: neighbours
-//!   in a record are nearly equal.
+//! - [`Pass::outer`]: Φᵀ·Φ, Φᵀ·Y and Yᵀ·Y, from which the output layer follows exactly (a trial
+//!   step needs no more);
+//! - [`Pass::gradient`]: Σ D_h·P_j·Σ_k c_hk·r_k, the gradient of half the squared error for given
+//!   output weights c;
+//! - [`Pass::curvature`]: the matrix of all products of the columns D_h·P_j and Φ. The derivative
+//!   of output k by the weight of neuron h and input j is c_hk·D_h·P_j, so one matrix serves all
+//!   outputs. It may be summed over fewer rows: neighbours in a record are nearly equal.
 
 use super::rows::Rows;
 use crate::model::tanh::tanh_all;
@@ -60,7 +64,8 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// The neurons' values for a block of rows. `weights`: `[input][neuron]`, the bias as the last input.
+    /// The neurons' values for a block of rows. `weights`: `[input][neuron]`, the bias as the last
+    /// input.
     fn hidden(&mut self, weights: &[f64], start: usize, count: usize) {
         let hidden = &mut self.hidden[..count * self.neurons];
         Arch::new().dispatch(Arguments {
@@ -99,7 +104,8 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// Σ D_h·P_j·Σ_k c_hk·r_k over the first `rows` rows with the residuals r = y − Φ·c; `output` is c, one column per output.
+    /// Σ D_h·P_j·Σ_k c_hk·r_k over the first `rows` rows with the residuals r = y − Φ·c; `output`
+    /// is c, one column per output.
     pub(super) fn gradient(
         &mut self,
         weights: &[f64],

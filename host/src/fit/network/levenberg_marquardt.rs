@@ -1,4 +1,5 @@
-//! Levenberg–Marquardt steps of the hidden weights, the output layer following exactly, on a part of the rows.
+//! Levenberg–Marquardt steps of the hidden weights, the output layer following exactly, on a part
+//! of the rows.
 
 use super::evidence::{Precisions, Sizes};
 use super::hidden_layer::{OuterSums, Pass};
@@ -6,7 +7,8 @@ use super::projection::{Curvature, OutputLayer};
 use super::rows::Rows;
 use crate::fit::least_squares::normal_equations::Cholesky;
 
-/// Rows over which the curvature is summed: at most one in this many, neighbours in a record being nearly equal …
+/// Rows over which the curvature is summed: at most one in this many, neighbours in a record being
+/// nearly equal …
 const THINNED: usize = 4;
 
 /// … but at least this many per hidden weight.
@@ -52,7 +54,8 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// From the given hidden weights over the first `rows` rows; `None` when sums over them are not finite.
+    /// From the given hidden weights over the first `rows` rows; `None` when sums over them are not
+    /// finite.
     pub(super) fn new(
         source: &'a Rows,
         neurons: usize,
@@ -62,7 +65,8 @@ impl<'a> Search<'a> {
         let mut pass = Pass::new(source, neurons);
         let sums = pass.outer(&weights, rows);
         let residuals = (rows * source.outputs) as f64;
-        // A first guess that holds nothing back: residuals as large as the outputs, weights free within some tens.
+        // A first guess that holds nothing back: residuals as large as the outputs, weights free
+        // within some tens.
         let precisions = Precisions {
             alpha: 1e-3,
             beta: residuals / sums.squares.iter().sum::<f64>(),
@@ -94,7 +98,8 @@ impl<'a> Search<'a> {
         true
     }
 
-    /// Goes over to all rows and estimates evidence and effective parameters there. `false` when sums are not finite.
+    /// Goes over to all rows and estimates evidence and effective parameters there. `false` when
+    /// sums are not finite.
     pub(super) fn conclude(&mut self, rows: usize) -> bool {
         if rows != self.rows && !self.extend(rows) {
             return false;
@@ -214,7 +219,8 @@ impl<'a> Search<'a> {
             let size = trial.iter().map(|w| w * w).sum();
             let fall = merit - self.merit(size, &output);
             if fall > 0.0 {
-                // Nielsen's rule: the better the quadratic model foretold the fall, the less damping.
+                // Nielsen's rule: the better the quadratic model foretold the fall, the less
+                // damping.
                 let ratio = fall / promised.max(f64::MIN_POSITIVE);
                 let factor = (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
                 self.damping = (self.damping * factor).max(MIN_DAMPING);

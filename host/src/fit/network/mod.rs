@@ -1,9 +1,10 @@
 //! Fitting the paper's network of tanh neurons (Eqs. 14 and 15) to training records.
 //!
-//! The output layer is solved exactly for whatever the hidden layer is (`projection`); the hidden layer is found by
-//! Levenberg–Marquardt (`levenberg_marquardt`) with Bayesian regularisation (`evidence`), on ever more of the rows
-//! (`stages`), from several random starts (`restarts`). The paper's Sections 2.4 and 3.2.2 train with the same
-//! regularisation and restarts, by steps over all weights.
+//! The output layer is solved exactly for whatever the hidden layer is (`projection`); the hidden
+//! layer is found by Levenberg–Marquardt (`levenberg_marquardt`) with Bayesian regularisation
+//! (`evidence`), on ever more of the rows (`stages`), from several random starts (`restarts`). The
+//! paper's Sections 2.4 and 3.2.2 train with the same regularisation and restarts, by steps over
+//! all weights.
 
 mod evidence;
 mod hidden_layer;
@@ -36,7 +37,8 @@ use crate::text::table::short;
 use options::parameters;
 use rows::{Piece, Rows};
 
-/// Rows per weight below which the rows are worth a word: neighbours in a record are nearly the same row.
+/// Rows per weight below which the rows are worth a word: neighbours in a record are nearly the
+/// same row.
 const ROWS_PER_PARAMETER: usize = 20;
 
 /// A force whose range is below this share of its size counts as constant: the rest is rounding.
@@ -103,14 +105,16 @@ fn warnings(
 
 /// Trains a network on the restoring force of every axis of the training records `motions`.
 ///
-/// `low_pass` are the taps of the study's symmetric low-pass; it is needed where an inertia is to be identified, and sets the guard
-/// between stretches when the size is chosen from one record. `watch` is told after every step and can end the training; the
-/// best weights so far are kept then.
+/// `low_pass` are the taps of the study's symmetric low-pass; it is needed where an inertia is to
+/// be identified, and sets the guard between stretches when the size is chosen from one record.
+/// `watch` is told after every step and can end the training; the best weights so far are kept
+/// then.
 ///
 /// # Errors
-/// One sentence: options out of range, no training record, records that do not fit the axes or are too short for the number of
-/// weights, a force that is the same everywhere, an identified inertia that is not positive, values that are not finite from
-/// every random start, an end by `watch` before there were weights.
+/// One sentence: options out of range, no training record, records that do not fit the axes or are
+/// too short for the number of weights, a force that is the same everywhere, an identified inertia
+/// that is not positive, values that are not finite from every random start, an end by `watch`
+/// before there were weights.
 pub fn fit_network(
     axes: &[Axis],
     motions: &[&Motion],
@@ -148,7 +152,8 @@ pub fn fit_network(
     let (neurons, size_curve) = match options.neurons {
         Neurons::Fixed(neurons) => (neurons, None),
         Neurons::Auto => {
-            // A tenth of a second: more than a cycle of the slowest motions that matter, beside what the filters smear.
+            // A tenth of a second: more than a cycle of the slowest motions that matter, beside
+            // what the filters smear.
             let guard = (0.1 * motions[0].sample_rate_hz) as usize + low_pass.len();
             let (neurons, curve) = size::choose(&records, ranges, guard, options, watch)?;
             (neurons, Some(curve))

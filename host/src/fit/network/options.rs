@@ -21,17 +21,19 @@ pub const MAX_NEURONS: usize = 200;
 pub struct NetworkOptions {
     /// Neurons in the hidden layer.
     pub neurons: Neurons,
-    /// Trainings from different random weights, of which the one with the largest evidence is kept; at least 1.
+    /// Trainings from different random weights, of which the one with the largest evidence is
+    /// kept; at least 1.
     pub restarts: usize,
     /// Seed of the random weights; restart i takes this plus i.
     pub seed: u64,
-    /// The last stage ends when two steps in a row each lower the merit by less than this share; every stage before it
-    /// has twice the tolerance of the next.
+    /// The last stage ends when two steps in a row each lower the merit by less than this share;
+    /// every stage before it has twice the tolerance of the next.
     pub tolerance: f64,
     /// Steps after which a stage ends in any case.
     pub steps_per_stage: usize,
-    /// The input of the study that is the third state of a network of one axis. `identify::network` takes the study's only one where this
-    /// is `None`, and none for `none`.
+    /// The input of the study that is the third state of a network of one axis.
+    /// `identify::network` takes the study's only one where this is `None`, and none for
+    /// `none`.
     pub input: Option<String>,
 }
 

@@ -76,7 +76,8 @@ pub struct NetworkProgress {
     pub rows: usize,
     /// NMSE on those rows, percent, of the worse axis.
     pub training_nmse_percent: f64,
-    /// How much of this training's work is done, 0 to 1, if it took all the steps it may: it never takes longer.
+    /// How much of this training's work is done, 0 to 1, if it took all the steps it may: it never
+    /// takes longer.
     pub share_done: f64,
 }
 
@@ -130,7 +131,8 @@ pub struct Restart {
     pub alpha: f64,
     /// Precision β of the normalised residuals, no unit.
     pub beta: f64,
-    /// Logarithm of the evidence, up to a constant that all restarts share; the best is kept by it.
+    /// Logarithm of the evidence, up to a constant that all restarts share; the best is kept by
+    /// it.
     pub log_evidence: f64,
     /// NMSE on all training rows, percent, per axis.
     pub training_nmse_percent: Vec<f64>,
@@ -191,8 +193,9 @@ pub struct NetworkFit {
 }
 
 impl NetworkFit {
-    /// How far the restarts' predictions lie apart on `motions`: per axis the standard deviation over restarts, as RMS over all
-    /// rows, over the RMS of their mean. Weights say nothing about it: neurons can be exchanged, and their signs turned.
+    /// How far the restarts' predictions lie apart on `motions`: per axis the standard deviation
+    /// over restarts, as RMS over all rows, over the RMS of their mean. Weights say nothing
+    /// about it: neurons can be exchanged, and their signs turned.
     ///
     /// # Errors
     /// When the motions have other axes than the network.

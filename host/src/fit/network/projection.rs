@@ -1,13 +1,14 @@
-//! Variable projection: the output layer is solved exactly, so that only the hidden layer's weights are searched for.
+//! Variable projection: the output layer is solved exactly, so that only the hidden layer's weights
+//! are searched for.
 //!
-//! With ρ = α/β the merit to be minimised is ½·Σ r² + ½·ρ·(|w|² + |c|²). For given hidden weights w the output weights c
-//! solve (ΦᵀΦ + ρ·I)·c = ΦᵀY. What is left is a function of w alone; its Gauss–Newton matrix in Kaufman's form is that
-//! of all weights with the output layer eliminated,
+//! With ρ = α/β the merit to be minimised is ½·Σ r² + ½·ρ·(|w|² + |c|²). For given hidden weights w
+//! the output weights c solve (ΦᵀΦ + ρ·I)·c = ΦᵀY. What is left is a function of w alone; its
+//! Gauss–Newton matrix in Kaufman's form is that of all weights with the output layer eliminated,
 //!
 //! A = (Σ_k c_k·c_kᵀ) ∘ (G_DD − G_DΦ·(G_ΦΦ + ρ·I)⁻¹·G_ΦD) + ρ·I,
 //!
-//! with G the matrix of products of the columns D·P and Φ. The bracket is the same for every output. Golub and Pereyra,
-//! SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
+//! with G the matrix of products of the columns D·P and Φ. The bracket is the same for every
+//! output. Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman, BIT 15 (1975) 49.
 
 use super::hidden_layer::{CurvatureSums, OuterSums};
 use crate::fit::least_squares::normal_equations::Cholesky;
@@ -57,7 +58,8 @@ impl OutputLayer {
     }
 }
 
-/// The Cholesky factor of G + ρ·I; when the columns are equal to within rounding, ρ is raised until there is one.
+/// The Cholesky factor of G + ρ·I; when the columns are equal to within rounding, ρ is raised until
+/// there is one.
 fn ridged(gram: &Mat<f64>, ridge: f64) -> Option<Cholesky> {
     let n = gram.nrows();
     let most = (0..n).map(|i| gram[(i, i)]).fold(0.0, f64::max);
@@ -78,7 +80,8 @@ fn ridged(gram: &Mat<f64>, ridge: f64) -> Option<Cholesky> {
     None
 }
 
-/// The Gauss–Newton matrix with the output layer eliminated, before ρ is added, and what its evidence needs.
+/// The Gauss–Newton matrix with the output layer eliminated, before ρ is added, and what its
+/// evidence needs.
 #[derive(Clone, Debug)]
 pub(super) struct Curvature {
     /// (Σ c·cᵀ) ∘ (G_DD − G_DΦ·(G_ΦΦ + ρ·I)⁻¹·G_ΦD).
@@ -139,7 +142,8 @@ impl Curvature {
         })
     }
 
-    /// Trace and determinant over all weights, by blocks. `None` when the matrix is not positive definite.
+    /// Trace and determinant over all weights, by blocks. `None` when the matrix is not positive
+    /// definite.
     pub(super) fn spread(&self, ridge: f64) -> Option<Spread> {
         let n = self.reduced.nrows();
         let mut matrix = self.reduced.clone();

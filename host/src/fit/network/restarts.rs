@@ -26,7 +26,8 @@ pub(super) struct Restarts {
 /// Trains `count` networks on the same rows, with the ranges that these were normalised with.
 ///
 /// # Errors
-/// When values that are not finite came up from every seed, or when the user ended it before there were weights.
+/// When values that are not finite came up from every seed, or when the user ended it before there
+/// were weights.
 pub(super) fn run(
     rows: &Rows,
     ranges: [&[InputRange]; 2],

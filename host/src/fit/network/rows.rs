@@ -1,4 +1,5 @@
-//! The training rows as the network sees them: normalised, and in such an order that the first few stand for all.
+//! The training rows as the network sees them: normalised, and in such an order that the first few
+//! stand for all.
 
 use crate::model::InputRange;
 
@@ -30,8 +31,8 @@ impl<'a> Piece<'a> {
 
 /// Normalised inputs and outputs, row after row, ordered for training in stages.
 ///
-/// The first [`Rows::stage`]`(0)` rows are every 2^(s−1)-th of all records together, so they are spread over each; every
-/// further stage adds the rows half-way between, which doubles them.
+/// The first [`Rows::stage`]`(0)` rows are every 2^(s−1)-th of all records together, so they are
+/// spread over each; every further stage adds the rows half-way between, which doubles them.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
     /// Inputs per row.
@@ -50,8 +51,8 @@ pub(super) struct Rows {
 const MAX_STAGES: usize = 6;
 
 impl Rows {
-    /// Of records in SI, normalised with the given ranges; no stage has fewer than `least_rows` rows unless there are fewer
-    /// in all.
+    /// Of records in SI, normalised with the given ranges; no stage has fewer than `least_rows`
+    /// rows unless there are fewer in all.
     pub(super) fn new(
         records: &[Piece<'_>],
         inputs: &[InputRange],

@@ -1,10 +1,12 @@
-//! Choosing the number of neurons: leave out one record at a time, train on the others, and see how well it is foretold.
+//! Choosing the number of neurons: leave out one record at a time, train on the others, and see how
+//! well it is foretold.
 //!
-//! The paper finds its forty neurons by trial and error (Section 3.2.2). Rows of a record are far from independent, so
-//! whole records are left out; a study with one training record leaves out a third of it at a time, with a guard on
-//! either side. A network of whatever size knows nothing of motions that the other records do not hold, so a left-out
-//! row counts only where another record has been: within its range in every state, and in a cell of state space
-//! that was visited. Errors are averaged by their logarithms, so that one bad record does not outweigh the rest.
+//! The paper finds its forty neurons by trial and error (Section 3.2.2). Rows of a record are far
+//! from independent, so whole records are left out; a study with one training record leaves out a
+//! third of it at a time, with a guard on either side. A network of whatever size knows nothing of
+//! motions that the other records do not hold, so a left-out row counts only where another record
+//! has been: within its range in every state, and in a cell of state space that was visited. Errors
+//! are averaged by their logarithms, so that one bad record does not outweigh the rest.
 
 use super::options::{NetworkOptions, parameters};
 use super::outcome::{LeftOut, NetworkProgress, SizeCurve, SizeError, TrainingObserver};
@@ -27,7 +29,8 @@ const AS_GOOD: f64 = 1.1;
 /// Restarts per size and fold at most; the better one counts.
 const RESTARTS: usize = 2;
 
-/// Cells along each of two states, and of three or four; odd numbers, so that rest lies in the middle of one.
+/// Cells along each of two states, and of three or four; odd numbers, so that rest lies in the
+/// middle of one.
 const CELLS: [usize; 2] = [21, 7];
 
 /// Fewer rows than this in visited cells say nothing about a record.
@@ -118,7 +121,8 @@ pub(super) fn choose(
     Ok((neurons, SizeCurve { sizes, left_out }))
 }
 
-/// NMSE of every size on every left-out piece, size by size, per output; none where no other piece has been.
+/// NMSE of every size on every left-out piece, size by size, per output; none where no other piece
+/// has been.
 fn left_out_errors(
     folds: &[Fold<'_>],
     sizes: &[usize],
@@ -234,8 +238,8 @@ fn visited_rows(fold: &Fold<'_>, ranges: &[InputRange]) -> Vec<usize> {
         .collect()
 }
 
-/// NMSE per axis in percent over visited rows; none for an axis that rests there, whose small force says nothing, and none at all
-/// when there are too few.
+/// NMSE per axis in percent over visited rows; none for an axis that rests there, whose small force
+/// says nothing, and none at all when there are too few.
 fn held_out_errors(
     fold: &Fold<'_>,
     predicted: &[Vec<f64>],

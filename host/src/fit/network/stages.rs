@@ -1,7 +1,7 @@
 //! One training: from random weights on few rows to the last digits on all of them.
 //!
-//! A stage ends when steps gain less than its tolerance; the next has twice the rows and half the tolerance, and begins where the last
-//! one ended. Most steps are taken where they cost little.
+//! A stage ends when steps gain less than its tolerance; the next has twice the rows and half the
+//! tolerance, and begins where the last one ended. Most steps are taken where they cost little.
 
 use super::levenberg_marquardt::{Search, Step};
 use super::outcome::{BadInput, Converged, GaveUp, NetworkProgress, Stop, TrainingObserver};
@@ -13,7 +13,8 @@ use std::sync::atomic::Ordering;
 /// So many steps in a row must gain less than the tolerance.
 const SLOW_STEPS: usize = 2;
 
-/// Steps before the precisions are first estimated: at the start the errors say nothing about noise.
+/// Steps before the precisions are first estimated: at the start the errors say nothing about
+/// noise.
 const STEPS_UNWEIGHED: usize = 3;
 
 /// When a training ends.

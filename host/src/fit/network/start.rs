@@ -1,7 +1,8 @@
 //! Random hidden weights to start from (Nguyen and Widrow, IJCNN 1990, III-21).
 //!
-//! Neuron h starts with a random direction of length 0.7·H^(1/d) for H neurons and d inputs within ±1, and a random
-//! bias as large at most, so that the neurons' steep parts lie spread over the box of inputs.
+//! Neuron h starts with a random direction of length 0.7·H^(1/d) for H neurons and d inputs within
+//! ±1, and a random bias as large at most, so that the neurons' steep parts lie spread over the box
+//! of inputs.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,5 @@
-//! Whether training does what its formulas say: derivatives, the eliminated output layer, a known network, refusals, interruption.
+//! Whether training does what its formulas say: derivatives, the eliminated output layer, a known
+//! network, refusals, interruption.
 
 use super::hidden_layer::Pass;
 use super::projection::{Curvature, OutputLayer};
@@ -91,7 +92,8 @@ fn largest(matrix: &Mat<f64>) -> f64 {
     matrix.norm_max()
 }
 
-/// Gradient, reduced curvature, trace and determinant against the Jacobian of all weights from dual numbers.
+/// Gradient, reduced curvature, trace and determinant against the Jacobian of all weights from dual
+/// numbers.
 #[test]
 fn derivatives_and_elimination_agree_with_dual_numbers() {
     // More rows than a block; a number of neurons that fills no register.
@@ -102,7 +104,8 @@ fn derivatives_and_elimination_agree_with_dual_numbers() {
         let ridge = 0.3;
         let layer = OutputLayer::solve(&pass.outer(&weights, count), ridge).unwrap();
         let (inner, values) = (weights.len(), neurons + 1);
-        // Rows of the Jacobian: residual by residual; columns: hidden weights, then the output layers one after the other.
+        // Rows of the Jacobian: residual by residual; columns: hidden weights, then the output
+        // layers one after the other.
         let all = inner + values * axes;
         let mut jacobian = Mat::<f64>::zeros(count * axes, all);
         let mut residual = Mat::<f64>::zeros(count * axes, 1);
@@ -116,7 +119,8 @@ fn derivatives_and_elimination_agree_with_dual_numbers() {
             }
             for k in 0..axes {
                 for h in 0..values {
-                    // By the output weight itself: what the output gains when that weight grows by one.
+                    // By the output weight itself: what the output gains when that weight grows by
+                    // one.
                     let mut grown = layer.weights.clone();
                     grown[(h, k)] += 1.0;
                     let gain = outputs(x, &weights, &grown, 0)[k].value

@@ -1,8 +1,9 @@
-//! Terms that are orthogonal over the whole box of the normalised inputs: products of Legendre polynomials.
+//! Terms that are orthogonal over the whole box of the normalised inputs: products of Legendre
+//! polynomials.
 //!
-//! A sum of monomials says little about how large the function is between and beyond the rows. In products of
-//! Legendre polynomials normalised over [−1, 1], the sum of the squared coefficients is the mean square of the
-//! function over the box, whatever corner of it the records have left empty.
+//! A sum of monomials says little about how large the function is between and beyond the rows. In
+//! products of Legendre polynomials normalised over [−1, 1], the sum of the squared coefficients is
+//! the mean square of the function over the box, whatever corner of it the records have left empty.
 
 use faer::Mat;
 
@@ -22,7 +23,8 @@ pub(in crate::fit) fn values(u: f64) -> [f64; 4] {
     monomials().map(|[a, b, c, d]| a + u * (b + u * (c + u * d)))
 }
 
-/// Applies the transform of one input to the rows of `matrix`; `transposed` maps coefficients back to monomials.
+/// Applies the transform of one input to the rows of `matrix`; `transposed` maps coefficients back
+/// to monomials.
 fn along(matrix: &mut Mat<f64>, orders: &[u8], input: usize, transposed: bool) {
     let table = monomials();
     let stride: usize = orders[input + 1..]
@@ -47,7 +49,8 @@ fn along(matrix: &mut Mat<f64>, orders: &[u8], input: usize, transposed: bool) {
     }
 }
 
-/// Sums over monomials become sums over Legendre products: T·matrix, rows in the order of the coefficients.
+/// Sums over monomials become sums over Legendre products: T·matrix, rows in the order of the
+/// coefficients.
 pub(in crate::fit) fn rows_to_legendre(mut matrix: Mat<f64>, orders: &[u8]) -> Mat<f64> {
     for input in 0..orders.len() {
         along(&mut matrix, orders, input, false);
@@ -94,7 +97,8 @@ mod tests {
                     .product()
             });
             let legendre = gram_to_legendre(box_gram, &orders);
-            // The largest product of four has coefficients near 2000; their squares cost seven of sixteen digits.
+            // The largest product of four has coefficients near 2000; their squares cost seven of
+            // sixteen digits.
             assert!((&legendre - Mat::<f64>::identity(n, n)).norm_max() < 1e-8);
         }
     }

@@ -17,7 +17,8 @@ use crate::text::table::short;
 /// How the coefficients are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// With a penalty on the function's size and roughness over the whole input box; cross-validation picks its strength.
+    /// With a penalty on the function's size and roughness over the whole input box;
+    /// cross-validation picks its strength.
     #[default]
     Ridge,
     /// Plain least squares, as in the paper.
@@ -44,8 +45,9 @@ pub struct PolynomialOptions {
     pub orders: Option<Vec<u8>>,
     /// How the terms are selected and regularised.
     pub method: Method,
-    /// The input of the study that is the third state of a polynomial of one axis. `identify::polynomial` takes the study's only one where
-    /// this is `None`, and none for `none`.
+    /// The input of the study that is the third state of a polynomial of one axis.
+    /// `identify::polynomial` takes the study's only one where this is `None`, and none for
+    /// `none`.
     pub input: Option<String>,
 }
 
@@ -83,9 +85,9 @@ pub struct PolynomialFit {
 
 /// The middle and half the width of what each input went through over all records together.
 ///
-/// The paper normalises to zero mean and ±1. The middle of the range rather than the mean puts the largest values of
-/// both signs at exactly ±1, as the device's numbers need it; for motion about a rest position the two agree. An input that never
-/// moves keeps a half range of 1.
+/// The paper normalises to zero mean and ±1. The middle of the range rather than the mean puts the
+/// largest values of both signs at exactly ±1, as the device's numbers need it; for motion about a
+/// rest position the two agree. An input that never moves keeps a half range of 1.
 ///
 /// `input` names the input of the study that is an input of the model, the last.
 pub fn input_ranges(motions: &[&Motion], input: Option<&str>) -> Vec<InputRange> {
@@ -130,7 +132,8 @@ impl PolynomialOptions {
     }
 }
 
-/// Whether the training records fit the axes, are long enough for any fit and hold only finite numbers.
+/// Whether the training records fit the axes, are long enough for any fit and hold only finite
+/// numbers.
 ///
 /// # Errors
 /// One sentence that names the record and the row.
@@ -187,12 +190,13 @@ pub(crate) fn check_records(axes: &[Axis], motions: &[&Motion]) -> Result<()> {
 
 /// Fits the polynomial restoring force of every axis to the training records `motions`.
 ///
-/// `low_pass` are the taps of the study's symmetric low-pass; it is needed only where an inertia is to be identified, and sets the guard
-/// between the blocks of the cross-validation. `progress` is told the share done, 0 to 1.
+/// `low_pass` are the taps of the study's symmetric low-pass; it is needed only where an inertia is
+/// to be identified, and sets the guard between the blocks of the cross-validation. `progress` is
+/// told the share done, 0 to 1.
 ///
 /// # Errors
-/// One sentence: orders that do not fit the axes, no training record, records that do not fit the axes or are too short, an
-/// identified inertia that is not positive, data that determine nothing.
+/// One sentence: orders that do not fit the axes, no training record, records that do not fit the
+/// axes or are too short, an identified inertia that is not positive, data that determine nothing.
 pub fn fit_polynomial(
     axes: &[Axis],
     motions: &[&Motion],
@@ -227,7 +231,8 @@ pub fn fit_polynomial(
     Ok(fit)
 }
 
-/// Fits the polynomial to moments of rows that were normalised by `ranges`; `training_warnings` are told the number of terms.
+/// Fits the polynomial to moments of rows that were normalised by `ranges`; `training_warnings` are
+/// told the number of terms.
 ///
 /// # Errors
 /// One sentence: orders that do not fit the axes, data that determine nothing.
@@ -262,7 +267,8 @@ pub(super) fn fit_folds(
     })
 }
 
-/// The coefficients of every axis by the chosen method, and how each came about; `plain` is the least-squares solution.
+/// The coefficients of every axis by the chosen method, and how each came about; `plain` is the
+/// least-squares solution.
 fn coefficients(
     folded: &Folds,
     orders: &[u8],

@@ -1,10 +1,11 @@
 //! The default fit: least squares with a penalty on what the function does where there are no rows.
 //!
-//! Plain least squares is free to do anything in the corners of the input box that the records never reached, and
-//! that is where its validation error sits. In products of Legendre polynomials of degrees d₁ d₂ d₃ d₄, the penalty
-//! λ·Σ Π(1 + dᵢ²)·b² weighs the function's mean square over the whole box, and rough terms and
-//! interactions more than plain ones. The constant and the linear terms go free. λ has no unit and is the same
-//! for a study in newtons and in kilonewtons; cross-validation picks it for each axis.
+//! Plain least squares is free to do anything in the corners of the input box that the records
+//! never reached, and that is where its validation error sits. In products of Legendre polynomials
+//! of degrees d₁ d₂ d₃ d₄, the penalty λ·Σ Π(1 + dᵢ²)·b² weighs the function's mean square over the
+//! whole box, and rough terms and interactions more than plain ones. The constant and the linear
+//! terms go free. λ has no unit and is the same for a study in newtons and in kilonewtons;
+//! cross-validation picks it for each axis.
 
 use super::legendre::{gram_to_legendre, rows_to_legendre, to_monomials};
 use crate::fit::cross_validation::{FOLDS, Folds, squared_error};
@@ -15,8 +16,8 @@ use crate::text::error::{Error, Result};
 use faer::Mat;
 use rayon::prelude::*;
 
-/// Added to every diagonal entry of the mean Gram matrix: rounding of sums of numbers up to 1, nothing more. It keeps
-/// directions without data solvable, and their coefficients at zero.
+/// Added to every diagonal entry of the mean Gram matrix: rounding of sums of numbers up to 1,
+/// nothing more. It keeps directions without data solvable, and their coefficients at zero.
 pub(in crate::fit) const ROUNDING: f64 = 1e-13;
 
 /// The λ that are tried: two per decade.
@@ -80,7 +81,8 @@ impl Equations {
     }
 }
 
-/// Squared error on the held-out rows of one fold, per candidate and output; `None` where the matrix could not be factored.
+/// Squared error on the held-out rows of one fold, per candidate and output; `None` where the
+/// matrix could not be factored.
 fn held_out_errors(folded: &Folds, fold: usize, orders: &[u8], outputs: usize) -> Vec<Vec<f64>> {
     let weights = weights(orders);
     let training = Equations::new(&folded.training(fold), orders);

@@ -1,10 +1,12 @@
-//! The fit with few terms: orthogonal forward selection on the normal equations, as long as cross-validation gains.
+//! The fit with few terms: orthogonal forward selection on the normal equations, as long as
+//! cross-validation gains.
 //!
-//! From the terms of total degree up to 6, each step takes the term that lowers the squared error most, given those
-//! already taken. A term's gain is read off the normal equations, from which the chosen terms are eliminated one by one,
-//! as in a Cholesky factorisation with pivoting by gain. The number of terms is the smallest whose held-out error is
-//! within one standard error of the best. Information criteria such as BIC count rows as independent, which the
-//! rows of a record are not, and pick far too many terms.
+//! From the terms of total degree up to 6, each step takes the term that lowers the squared error
+//! most, given those already taken. A term's gain is read off the normal equations, from which the
+//! chosen terms are eliminated one by one, as in a Cholesky factorisation with pivoting by gain.
+//! The number of terms is the smallest whose held-out error is within one standard error of the
+//! best. Information criteria such as BIC count rows as independent, which the rows of a record are
+//! not, and pick far too many terms.
 
 use crate::fit::cross_validation::{FOLDS, Folds, squared_error};
 use crate::fit::least_squares::normal_equations;
@@ -20,7 +22,8 @@ const TOTAL_DEGREE: u8 = 6;
 /// Most terms that are tried.
 const MAX_TERMS: usize = 60;
 
-/// A candidate of which less than this share is left after elimination is a sum of those already chosen.
+/// A candidate of which less than this share is left after elimination is a sum of those already
+/// chosen.
 const DEPENDENT: f64 = 1e-9;
 
 /// The fit of one axis.
@@ -123,7 +126,8 @@ pub(super) fn fit(folded: &Folds, orders: &[u8], output: usize) -> Result<Select
     let best = (0..longest)
         .min_by(|a, b| mean(*a).total_cmp(&mean(*b)))
         .unwrap_or(0);
-    // The folds' errors differ because the blocks do; what matters is how they differ in what they gain from more terms.
+    // The folds' errors differ because the blocks do; what matters is how they differ in what they
+    // gain from more terms.
     let count = (0..=best)
         .find(|count| {
             let excess: Vec<f64> = folds.iter().map(|fold| fold[*count] - fold[best]).collect();

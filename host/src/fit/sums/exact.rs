@@ -1,8 +1,9 @@
 //! Sums that do not depend on the order in which they are summed: integers of 2⁻⁶⁴ in 128 bits.
 //!
-//! What is added is rounded to a whole number of 2⁻⁶⁴ once; integers then add up to the same bits in any order and any
-//! grouping. A superaccumulator would keep every bit of every summand, in 272 bytes a sum instead of 16; what is summed here is
-//! brought to the size of 1 first, so its bits below 2⁻⁶⁴ lie under the rounding of the sum it came from.
+//! What is added is rounded to a whole number of 2⁻⁶⁴ once; integers then add up to the same bits
+//! in any order and any grouping. A superaccumulator would keep every bit of every summand, in 272
+//! bytes a sum instead of 16; what is summed here is brought to the size of 1 first, so its bits
+//! below 2⁻⁶⁴ lie under the rounding of the sum it came from.
 
 use crate::text::error::{Error, Result};
 

@@ -1,7 +1,8 @@
 //! Statistics that merge exactly: sums over records from which a model is made without the records.
 //!
-//! A [`Part`] holds the sums of whole records. Each record is filtered, normalised and summed alone, in one fixed order; the records' sums
-//! are integers. So parts merge to the same bytes in any order and however the records were shared out.
+//! A [`Part`] holds the sums of whole records. Each record is filtered, normalised and summed
+//! alone, in one fixed order; the records' sums are integers. So parts merge to the same bytes in
+//! any order and however the records were shared out.
 
 pub(crate) mod exact;
 mod part;

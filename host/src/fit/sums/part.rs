@@ -1,4 +1,5 @@
-//! A part: the sums of some records, with the plan that they were made by and the records' hashes. Its file, and merging.
+//! A part: the sums of some records, with the plan that they were made by and the records' hashes.
+//! Its file, and merging.
 
 use super::exact::Exact;
 use super::plan::{Plan, refused};
@@ -18,7 +19,8 @@ use sha2::{Digest, Sha256};
 const MAGIC: &[u8; 8] = b"JWSUMS1\n";
 /// Bytes of its checksum, which ends it.
 const CHECKSUM: usize = 32;
-/// Rows per parameter below which a fit is worth a warning: rows of a record are far from independent.
+/// Rows per parameter below which a fit is worth a warning: rows of a record are far from
+/// independent.
 const ROWS_PER_PARAMETER: u64 = 20;
 
 /// The sums of some records.
@@ -75,8 +77,8 @@ impl Part {
     /// The sums of the training records of a study.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`]: other axes or another rate than the plan's, a record that is shorter than the filters, or one
-    /// that has no room in the sums.
+    /// [`crate::text::error::Kind::Data`]: other axes or another rate than the plan's, a record
+    /// that is shorter than the filters, or one that has no room in the sums.
     pub fn of(plan: &Plan, study: &Study) -> Result<Self> {
         let axes = plan.axes.iter().map(|a| (a.name.as_str(), a.kind));
         study.check_fits("the plan of the sums", axes, plan.filters.sample_rate_hz)?;
@@ -127,7 +129,8 @@ impl Part {
     /// Adds another part, which `from` names in messages.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`]: another plan, a record that is counted already, sums without room.
+    /// [`crate::text::error::Kind::Data`]: another plan, a record that is counted already, sums
+    /// without room.
     pub fn merge(&mut self, other: &Self, from: &str) -> Result<()> {
         if let Some(how) = self.head.plan.difference(&other.head.plan) {
             return Err(Error::data(format!(
@@ -178,7 +181,8 @@ impl Part {
     /// Its file.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Failed`] when its head cannot be expressed, which does not happen.
+    /// [`crate::text::error::Kind::Failed`] when its head cannot be expressed, which does not
+    /// happen.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let head = serde_json::to_vec(&self.head)
             .map_err(|e| Error::failed(format!("the sums could not be written ({e})")))?;
@@ -289,7 +293,8 @@ impl Part {
     /// The polynomial that the sums give.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`]: an inertia that the study does not state, sums that determine nothing.
+    /// [`crate::text::error::Kind::Data`]: an inertia that the study does not state, sums that
+    /// determine nothing.
     pub(in crate::fit) fn polynomial(&self, options: &PolynomialOptions) -> Result<PolynomialFit> {
         let plan = &self.head.plan;
         let mut inertia = Vec::new();
@@ -324,7 +329,8 @@ impl Part {
     /// The strengths of the study's effects that the sums give.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`]: effects whose shapes have to be searched for, too few rows.
+    /// [`crate::text::error::Kind::Data`]: effects whose shapes have to be searched for, too few
+    /// rows.
     pub(in crate::fit) fn physical(&self) -> Result<EffectsFit> {
         let plan = &self.head.plan;
         match &plan.not_linear {

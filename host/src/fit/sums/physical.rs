@@ -1,4 +1,5 @@
-//! The sums that strengths of effects are made of: products of the effects' columns with each other and with the force, per stretch.
+//! The sums that strengths of effects are made of: products of the effects' columns with each other
+//! and with the force, per stretch.
 
 use super::exact::Exact;
 use super::plan::{Plan, columns};
@@ -91,7 +92,8 @@ fn normal(plan: &Plan, sums: &Exact, without: Option<usize>) -> Vec<Mat<f64>> {
     plan.columns.iter().enumerate().map(of_axis).collect()
 }
 
-/// The factors of all columns within their bounds, with the axes weighed by `weights`, and how many of them the sums determine.
+/// The factors of all columns within their bounds, with the axes weighed by `weights`, and how many
+/// of them the sums determine.
 fn factors(normal: &[Mat<f64>], weights: &[f64], bounds: &[[f64; 2]]) -> Result<(Vec<f64>, usize)> {
     let unknowns = bounds.len();
     let sum = |i: usize, j: usize| -> f64 {
@@ -165,7 +167,8 @@ pub(super) fn solve(plan: &Plan, sums: &Exact, rows: u64) -> Result<EffectsFit> 
     assemble(plan, &terms, &found, errors, rank)
 }
 
-/// The least and the most of each factor: a strength that has to be positive is, and an inertia may be anything.
+/// The least and the most of each factor: a strength that has to be positive is, and an inertia may
+/// be anything.
 fn bounds(terms: &[AxisEffect], unknowns: usize) -> Vec<[f64; 2]> {
     let strengths = terms.iter().flat_map(|bound| {
         let parameters = bound.entry.parameters().iter();

@@ -1,4 +1,5 @@
-//! What parts have to share to be merged: the study's channels, its filters, and what every number is divided by before it is summed.
+//! What parts have to share to be merged: the study's channels, its filters, and what every number
+//! is divided by before it is summed.
 
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{Prepared, base_terms};
@@ -31,13 +32,15 @@ pub struct Plan {
     pub filters: Filters,
     /// What brings the states to ±1 in the study's own training records.
     pub(super) inputs: Vec<InputRange>,
-    /// Per axis powers of two, as exponents, above the RMS of restoring force, applied force and acceleration.
+    /// Per axis powers of two, as exponents, above the RMS of restoring force, applied force and
+    /// acceleration.
     pub(super) scales: Vec<[i32; 3]>,
     /// The effects whose strengths can be found from sums.
     pub(super) terms: Vec<String>,
     /// That the study lists no effects, and which ones were taken.
     pub(super) proposed: Option<String>,
-    /// Per axis and column of the effects a power of two, as exponent, above its RMS; then those of inertias and force.
+    /// Per axis and column of the effects a power of two, as exponent, above its RMS; then those
+    /// of inertias and force.
     pub(super) columns: Vec<Vec<i32>>,
     /// Why the effects cannot be found from sums.
     pub(super) not_linear: Option<String>,
@@ -47,7 +50,8 @@ impl Plan {
     /// The plan that a study's own training records set.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when the study has no training record, or one is too short.
+    /// [`crate::text::error::Kind::Data`] when the study has no training record, or one is too
+    /// short.
     pub fn of(study: &Study, template: &Template) -> Result<Self> {
         let prepared = Prepared::new(study)?;
         let training = prepared.training(study);
@@ -199,7 +203,8 @@ fn exponent(series: &[f64]) -> i32 {
     }
 }
 
-/// The columns of effects along records, each at strength 1, then those of inertias, then the force; both axes one after the other.
+/// The columns of effects along records, each at strength 1, then those of inertias, then the
+/// force; both axes one after the other.
 pub(super) fn columns(records: &Records<'_>, terms: &[AxisEffect]) -> Vec<Vec<f64>> {
     let of_terms = terms.iter().flat_map(|term| {
         let values = vec![0.0; term.entry.parameters().len()];

@@ -1,5 +1,5 @@
-//! The sums that a polynomial is made of: products of powers of the states with each other and with the restoring force, per block of the
-//! cross-validation.
+//! The sums that a polynomial is made of: products of powers of the states with each other and with
+//! the restoring force, per block of the cross-validation.
 
 use super::exact::Exact;
 use super::plan::Plan;
@@ -11,7 +11,8 @@ use crate::model::powers::{PAIRS, powers};
 use crate::signal::motion::Motion;
 use crate::text::error::Result;
 
-/// Parts of a record that are summed apart: the blocks of the cross-validation with their two edges.
+/// Parts of a record that are summed apart: the blocks of the cross-validation with their two
+/// edges.
 pub(super) const PARTS: usize = 3 * FOLDS;
 /// Rows whose products are made at a time, so that they stay in the second-level cache.
 const BLOCK: usize = 128;
@@ -19,7 +20,8 @@ const BLOCK: usize = 128;
 /// Sizes of the sums for one axis or two.
 #[derive(Clone, Copy)]
 struct Sizes {
-    /// Products of powers up to 6 of the first half of the inputs; of the second half there are as many.
+    /// Products of powers up to 6 of the first half of the inputs; of the second half there are as
+    /// many.
     powers: usize,
     /// The same up to 3.
     low: usize,
@@ -51,7 +53,8 @@ impl Sizes {
         self.powers.next_multiple_of(LANES)
     }
 
-    /// Where the product at a place of the right side stands among those of the left side, whose last exponent runs fastest.
+    /// Where the product at a place of the right side stands among those of the left side, whose
+    /// last exponent runs fastest.
     fn column(self, place: usize) -> usize {
         if self.outputs == 1 {
             place
@@ -308,7 +311,8 @@ fn moments(plan: &Plan, part: &Exact, rows: u64, ranges: &[InputRange]) -> Momen
     )
 }
 
-/// Turns sums of powers u^p of one input, p up to `side` − 1, into those of u' = (u·h + c − c')/h' by the binomial theorem.
+/// Turns sums of powers u^p of one input, p up to `side` − 1, into those of u' = (u·h + c − c')/h'
+/// by the binomial theorem.
 fn renormalise(
     sums: &mut [f64],
     side: usize,

@@ -1,7 +1,8 @@
 //! Sums of products over rows, always in the same order: the same bits on every processor.
 //!
-//! A general matrix product may sum in another order on a machine with other registers. Here every sum takes its rows one after the
-//! other with fused multiply-adds, and only different sums stand side by side in a register.
+//! A general matrix product may sum in another order on a machine with other registers. Here every
+//! sum takes its rows one after the other with fused multiply-adds, and only different sums stand
+//! side by side in a register.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -39,8 +40,8 @@ pub(crate) struct Rows<'a> {
     pub(crate) width: usize,
 }
 
-/// Adds Σ left[row][i]·right[row][j] to `sums[i·stride + j]` for the columns i of `of_left` and the first `columns` of the right
-/// side, a multiple of [`LANES`].
+/// Adds Σ left[row][i]·right[row][j] to `sums[i·stride + j]` for the columns i of `of_left` and the
+/// first `columns` of the right side, a multiple of [`LANES`].
 pub(crate) fn add_products(
     left: Rows<'_>,
     of_left: std::ops::Range<usize>,

@@ -1,8 +1,11 @@
-//! A smaller study of many records: a stated number of segments that cover state space, amplitude and time.
+//! A smaller study of many records: a stated number of segments that cover state space, amplitude
+//! and time.
 //!
-//! Every segment has a cell (where in the range it moves, how fast, how widely, how far into its record) and a rank, a hash of the seed, its
-//! record and its place. Of each cell the first by rank is taken, then of each the second, until the number is reached. A segment's turn only
-//! grows later when others join, so a choice from choices is the choice from everything: parts merge in any order, to the same bytes.
+//! Every segment has a cell (where in the range it moves, how fast, how widely, how far into its
+//! record) and a rank, a hash of the seed, its record and its place. Of each cell the first by rank
+//! is taken, then of each the second, until the number is reached. A segment's turn only
+//! grows later when others join, so a choice from choices is the choice from everything: parts
+//! merge in any order, to the same bytes.
 
 use super::plan::Plan;
 use crate::signal::motion::{self, Motion};
@@ -100,11 +103,12 @@ impl Selection {
         (self.choice.seconds * self.plan.filters.sample_rate_hz).round() as usize
     }
 
-    /// Cuts the training records of a study into segments, and keeps what is chosen of them and those that are there.
+    /// Cuts the training records of a study into segments, and keeps what is chosen of them and
+    /// those that are there.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] for other axes or another rate, [`crate::text::error::Kind::Usage`] for segments that are
-    /// shorter than the filters.
+    /// [`crate::text::error::Kind::Data`] for other axes or another rate,
+    /// [`crate::text::error::Kind::Usage`] for segments that are shorter than the filters.
     pub fn add(&mut self, study: &Study) -> Result<()> {
         self.add_part(study, None)
     }
@@ -213,7 +217,8 @@ impl Selection {
     /// Writes them into a new folder: a study.toml, a log each, and the list by which they merge.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Failed`] when the folder is there and not empty, or cannot be written.
+    /// [`crate::text::error::Kind::Failed`] when the folder is there and not empty, or cannot be
+    /// written.
     pub fn write(&self, study: &Study, folder: &Path) -> Result<()> {
         let failed = |e: std::io::Error| {
             Error::failed(format!("{}: could not be written ({e})", folder.display()))
@@ -242,7 +247,8 @@ impl Selection {
     /// Reads a folder that [`Selection::write`] wrote.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] when there is no list, or one of another version, or a log is missing.
+    /// [`crate::text::error::Kind::Data`] when there is no list, or one of another version, or a
+    /// log is missing.
     pub fn read(folder: &Path) -> Result<Self> {
         let wrong = |what: String| {
             Error::data(format!(

@@ -1,8 +1,9 @@
 //! Errors on stretches of the training records that a model's linear parameters were not fitted to.
 //!
-//! Every record is cut into [`FOLDS`] stretches as for a polynomial alone; those of one fold are left out in turn, with a guard
-//! on either side, and predicted from the rest. The shapes of laws, and a network's hidden layer, stay as the whole records
-//! gave them; what a shape can change to first order is a column like any other.
+//! Every record is cut into [`FOLDS`] stretches as for a polynomial alone; those of one fold are
+//! left out in turn, with a guard on either side, and predicted from the rest. The shapes of laws,
+//! and a network's hidden layer, stay as the whole records gave them; what a shape can change to
+//! first order is a column like any other.
 
 use super::functions::Functions;
 use crate::fit::cross_validation::{FOLDS, squared_error};
@@ -16,7 +17,8 @@ use std::ops::Range;
 
 /// Guard beside what the filters smear, s: more than a cycle of the slowest motions that matter.
 const GUARD_S: f64 = 0.1;
-/// Added to the diagonal for columns of mean square 1: keeps apart what the records of a fold do not.
+/// Added to the diagonal for columns of mean square 1: keeps apart what the records of a fold do
+/// not.
 const TRACE: f64 = 1e-9;
 
 /// The rows of every fold: its first rows, those between, its last rows; record after record.
@@ -25,7 +27,8 @@ pub(super) struct Folds {
 }
 
 impl Folds {
-    /// Of records with so many thinned rows each; `smear` is how many rows the low-pass reaches over.
+    /// Of records with so many thinned rows each; `smear` is how many rows the low-pass reaches
+    /// over.
     pub(super) fn new(records: &[usize], rate_hz: f64, smear: usize) -> Self {
         let guard = (GUARD_S * rate_hz).ceil() as usize + smear;
         let mut parts: Vec<[Vec<Range<usize>>; 3]> =

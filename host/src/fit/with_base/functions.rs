@@ -1,8 +1,10 @@
-//! The functions that a polynomial or a network is a sum of, along the training records: columns of a least-squares problem.
+//! The functions that a polynomial or a network is a sum of, along the training records: columns of
+//! a least-squares problem.
 //!
-//! A polynomial is a sum of products of Legendre polynomials (or, where few terms were chosen, of those powers); a network,
-//! its hidden layer kept, a sum of its neurons and a constant. They are evaluated on the wide-band states and low-passed and
-//! thinned out as the effects beside them are. Every axis is a sum of the same functions with factors of its own.
+//! A polynomial is a sum of products of Legendre polynomials (or, where few terms were chosen, of
+//! those powers); a network, its hidden layer kept, a sum of its neurons and a constant. They are
+//! evaluated on the wide-band states and low-passed and thinned out as the effects beside them are.
+//! Every axis is a sum of the same functions with factors of its own.
 
 use crate::fit::effects::columns::Records;
 use crate::fit::polynomial::{legendre, ridge};
@@ -115,7 +117,8 @@ impl Functions {
     }
 }
 
-/// Series along every motion, each made by `at` from the normalised inputs of a row, low-passed and joined.
+/// Series along every motion, each made by `at` from the normalised inputs of a row, low-passed and
+/// joined.
 fn along(
     count: usize,
     inputs: &[InputRange],

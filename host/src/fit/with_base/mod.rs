@@ -1,8 +1,9 @@
 //! Fitting effects beside a polynomial or a network, everything together.
 //!
-//! The base is linear in its factors (a network with its hidden layer kept), so it is eliminated exactly: the effects are fitted to
-//! what the base cannot follow ([`projection`]), by the same search for shapes as effects alone, and the base then follows what
-//! they leave. The penalty on the base is the one that `identify` puts on it; its strength is chosen anew, because a base with
+//! The base is linear in its factors (a network with its hidden layer kept), so it is eliminated
+//! exactly: the effects are fitted to what the base cannot follow ([`projection`]), by the same
+//! search for shapes as effects alone, and the base then follows what they leave. The penalty on
+//! the base is the one that `identify` puts on it; its strength is chosen anew, because a base with
 //! an effect beside it has less to bend for. The effects go free.
 
 mod blocks;
@@ -61,8 +62,8 @@ pub(crate) struct OnRecords<'a> {
 }
 
 impl<'a> OnRecords<'a> {
-    /// The base of a model along motions of the study's `axes`; an inertia that the study does not state is the one that
-    /// `identify` finds.
+    /// The base of a model along motions of the study's `axes`; an inertia that the study does not
+    /// state is the one that `identify` finds.
     ///
     /// # Errors
     /// Records that do not fit the axes, are too short, or whose inertia cannot be.
@@ -113,8 +114,8 @@ impl<'a> OnRecords<'a> {
         .collect()
     }
 
-    /// Per axis, the part of a term's force (its power about the mean) that the base can follow at these strengths of the
-    /// penalty; nothing on an axis on which the term does not act.
+    /// Per axis, the part of a term's force (its power about the mean) that the base can follow at
+    /// these strengths of the penalty; nothing on an axis on which the term does not act.
     ///
     /// # Errors
     /// Records that leave the base undetermined.
@@ -186,7 +187,8 @@ impl<'a> OnRecords<'a> {
         Ok(axes.map(error).collect())
     }
 
-    /// Σ error² per axis and fold on stretches that were held out in turn, for effects with these values.
+    /// Σ error² per axis and fold on stretches that were held out in turn, for effects with these
+    /// values.
     ///
     /// # Errors
     /// Records that leave the base undetermined.
@@ -253,8 +255,8 @@ impl<'a> OnRecords<'a> {
         before.iter().enumerate().map(best).collect()
     }
 
-    /// Fits terms and base together, from one more start than a scan of the terms' own values finds. `axes` are the study's,
-    /// `ridge` the strengths to begin with.
+    /// Fits terms and base together, from one more start than a scan of the terms' own values
+    /// finds. `axes` are the study's, `ridge` the strengths to begin with.
     ///
     /// # Errors
     /// As a fit of effects; an effect that the base can do itself.

@@ -1,9 +1,11 @@
-//! Taking out of a column what a base makes of it, so that effects can be fitted as if the base were not there.
+//! Taking out of a column what a base makes of it, so that effects can be fitted as if the base
+//! were not there.
 //!
-//! With the functions Φ (mean square 1) and a penalty λ·bᵀWb on their factors, the best factors for what the effects E·β leave
-//! of the force y are b = K⁻¹Φᵀ(y − Eβ)/N with K = ΦᵀΦ/N + λW, and what is then left of the merit is (y − Eβ)ᵀM(y − Eβ)
-//! with M = I − ΦK⁻¹Φᵀ/N. A fit of the effects to M^½y by columns M^½E therefore minimises the merit of both together
-//! (Frisch and Waugh, Econometrica 1 (1933) 387, where λ = 0 and M is a projection).
+//! With the functions Φ (mean square 1) and a penalty λ·bᵀWb on their factors, the best factors for
+//! what the effects E·β leave of the force y are b = K⁻¹Φᵀ(y − Eβ)/N with K = ΦᵀΦ/N + λW, and what
+//! is then left of the merit is (y − Eβ)ᵀM(y − Eβ) with M = I − ΦK⁻¹Φᵀ/N. A fit of the effects to
+//! M^½y by columns M^½E therefore minimises the merit of both together (Frisch and Waugh,
+//! Econometrica 1 (1933) 387, where λ = 0 and M is a projection).
 
 use super::functions::Functions;
 use crate::fit::least_squares::normal_equations::Cholesky;
@@ -60,7 +62,8 @@ impl NuisanceProjection {
                 "the records leave the model's base undetermined: record more kinds of motion, or learn a smaller model",
             )
         };
-        // With K = L·Lᵀ and L⁻¹·G·L⁻ᵀ = U·s·Uᵀ, Φ·L⁻ᵀ·U has orthogonal columns of squared length N·s.
+        // With K = L·Lᵀ and L⁻¹·G·L⁻ᵀ = U·s·Uᵀ, Φ·L⁻ᵀ·U has orthogonal columns of squared length
+        // N·s.
         let factor = Cholesky::new(ridged).ok_or_else(undetermined)?;
         let lower = factor.lower();
         let mut whitened = gram;

@@ -1,4 +1,5 @@
-//! The candidates of a diagnosis: figures with intervals, and the force that each would add where the model fails.
+//! The candidates of a diagnosis: figures with intervals, and the force that each would add where
+//! the model fails.
 
 use super::asked::Asked;
 use super::contents::{Candidate, Packed, Value};
@@ -122,8 +123,8 @@ fn in_words(ranked: &Ranked, found: bool, axes: &[&str]) -> Candidate {
     }
 }
 
-/// What a candidate's force has that a constant, a spring and a damper have not, on its axis and in the common band; none for a
-/// correction of an instrument and for one on both axes.
+/// What a candidate's force has that a constant, a spring and a damper have not, on its axis and in
+/// the common band; none for a correction of an instrument and for one on both axes.
 fn force(
     ranked: &Ranked,
     version: &Version<'_>,

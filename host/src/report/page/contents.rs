@@ -1,4 +1,5 @@
-//! What the report's page is given: the record as samples, the statistics of all rows, and words. The page's scripts draw it.
+//! What the report's page is given: the record as samples, the statistics of all rows, and words.
+//! The page's scripts draw it.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -18,7 +19,8 @@ pub struct Contents {
     pub answer: String,
     /// What the errors are measured on.
     pub judged_on: String,
-    /// Whether the logs have time; else all that runs over time runs over rows, and what needs a velocity is not drawn.
+    /// Whether the logs have time; else all that runs over time runs over rows, and what needs a
+    /// velocity is not drawn.
     pub timed: bool,
     /// Names of the models that the page compares: before and after, or one.
     pub versions: Vec<String>,
@@ -142,7 +144,8 @@ pub struct Value {
 /// The residual of one version on one axis, over all judged rows.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResidualContents {
-    /// Over displacement, velocity and the time since the last reversal; without time over displacement alone.
+    /// Over displacement, velocity and the time since the last reversal; without time over
+    /// displacement alone.
     pub over: BTreeMap<&'static str, Curve>,
     /// What a study without time does not have.
     #[serde(flatten)]
@@ -210,11 +213,13 @@ pub struct SpectrumContents {
 pub struct Correlation {
     /// `residual`, `force`, `displacement` or `velocity`.
     pub with: &'static str,
-    /// Distance of two lags, s; with itself from 0, else the middle one is 0. A positive lag: the residual comes later.
+    /// Distance of two lags, s; with itself from 0, else the middle one is 0. A positive lag: the
+    /// residual comes later.
     pub step_s: f64,
     /// Coefficient of correlation at every lag, −1 to 1.
     pub coefficient: Vec<f32>,
-    /// 99 of 100 coefficients of a residual of the same colour that has nothing to do with the other stay within ± this.
+    /// 99 of 100 coefficients of a residual of the same colour that has nothing to do with the
+    /// other stay within ± this.
     pub bound: f64,
 }
 

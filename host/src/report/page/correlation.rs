@@ -1,9 +1,12 @@
-//! Correlations of a residual with itself, the force and the motion, with bounds that hold for coloured residuals.
+//! Correlations of a residual with itself, the force and the motion, with bounds that hold for
+//! coloured residuals.
 //!
-//! The usual bound ±2.58/√N holds for white residuals. A low-passed residual is coloured: neighbours resemble each other, so it
-//! holds fewer independent rows than N, and nearly any residual would look guilty. Here the bound comes from surrogates: the
-//! residual is cut into blocks longer than the largest lag, which keep its colour, and the blocks are put together in random
-//! order with random signs. A surrogate has nothing to do with the force any more; 99 of 100 of its coefficients set the bound.
+//! The usual bound ±2.58/√N holds for white residuals. A low-passed residual is coloured:
+//! neighbours resemble each other, so it holds fewer independent rows than N, and nearly any
+//! residual would look guilty. Here the bound comes from surrogates: the residual is cut into
+//! blocks longer than the largest lag, which keep its colour, and the blocks are put together in
+//! random order with random signs. A surrogate has nothing to do with the force any more; 99 of 100
+//! of its coefficients set the bound.
 
 use super::contents::{Correlation, SpectrumContents};
 use crate::report::axis_history::AxisHistory;
@@ -12,7 +15,8 @@ use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Rows per second that are looked at, as multiples of the common band: the residual has next to no power above twice the band.
+/// Rows per second that are looked at, as multiples of the common band: the residual has next to no
+/// power above twice the band.
 const RATE_OVER_BAND: f64 = 4.0;
 /// Rows per record that are looked at: the middle of longer records.
 const MAX_ROWS: usize = 16_384;
@@ -81,7 +85,8 @@ fn thinned(series: &[f64], step: usize) -> Vec<f64> {
     some.iter().map(|v| v - mean).collect()
 }
 
-/// The coefficient of the residual (or of surrogates in its place), `lag` rows later, with series `with` of every record, of this size.
+/// The coefficient of the residual (or of surrogates in its place), `lag` rows later, with series
+/// `with` of every record, of this size.
 fn coefficient(
     records: &[Vec<Vec<f64>>],
     with: usize,
@@ -106,7 +111,8 @@ fn coefficient(
     }
 }
 
-/// What the residual and series `with` have at most in common: the roots of their sums of squares. Surrogates have the residual's.
+/// What the residual and series `with` have at most in common: the roots of their sums of squares.
+/// Surrogates have the residual's.
 fn size(records: &[Vec<Vec<f64>>], with: usize) -> f64 {
     let squares = |series: usize| -> f64 {
         let records = records.iter().map(|record| &record[series]);
@@ -203,7 +209,8 @@ mod tests {
     use crate::report::axis_history::Along;
     use crate::study::AxisKind;
 
-    /// A coloured residual: noise through a first-order low-pass; it holds `share` times the force besides.
+    /// A coloured residual: noise through a first-order low-pass; it holds `share` times the force
+    /// besides.
     fn history(share: f64, seed: u64) -> AxisHistory {
         println!("seed {seed}");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -1,4 +1,5 @@
-//! The page as one HTML file: styles, scripts and data in it, and a policy that lets nothing else in or out.
+//! The page as one HTML file: styles, scripts and data in it, and a policy that lets nothing else
+//! in or out.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;

@@ -1,4 +1,5 @@
-//! What was done to the data before anything was fitted: channels, filters, corrections, and what to be wary of.
+//! What was done to the data before anything was fitted: channels, filters, corrections, and what
+//! to be wary of.
 
 use super::contents::Handling;
 use crate::assess::data_checks;
@@ -48,7 +49,8 @@ pub(super) fn gather(study: &Study, model: &ModelFile) -> Handling {
     }
 }
 
-/// Axis, channel, columns, unit and scale as the study's file has them; none where that file is no longer there.
+/// Axis, channel, columns, unit and scale as the study's file has them; none where that file is no
+/// longer there.
 fn channels(study: &Study) -> Option<Vec<[String; 5]>> {
     let text = std::fs::read_to_string(&study.path).ok()?;
     let described: toml::Table = toml::from_str(&text).ok()?;

@@ -1,7 +1,9 @@
-//! The report: one HTML file that shows a model on its study, opens without a network, and can be handed on.
+//! The report: one HTML file that shows a model on its study, opens without a network, and can be
+//! handed on.
 //!
-//! [`html`] gathers what the page shows from the results that the library has already ([`Asked`]) and puts the page's scripts
-//! and styles beside it. The scripts draw; what they draw is computed here, over all rows.
+//! [`html`] gathers what the page shows from the results that the library has already ([`Asked`])
+//! and puts the page's scripts and styles beside it. The scripts draw; what they draw is computed
+//! here, over all rows.
 
 mod asked;
 mod candidates;
@@ -26,12 +28,14 @@ use crate::text::error::{Error, Result};
 /// The page as one file.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that are not finite.
+/// [`crate::text::error::Kind::Data`] when the model does not fit the study or gives numbers that
+/// are not finite.
 pub fn html(asked: &Asked<'_>) -> Result<String> {
     Ok(gathered(asked)?.html())
 }
 
-/// What a page shows, gathered and written as JSON: ready to become a file, or to be drawn in the lab.
+/// What a page shows, gathered and written as JSON: ready to become a file, or to be drawn in the
+/// lab.
 pub struct Gathered {
     /// The study's name.
     pub title: String,

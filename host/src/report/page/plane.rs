@@ -9,7 +9,8 @@ const CELLS: [usize; 2] = [40, 26];
 const BINS: usize = 48;
 /// A bin with fewer rows has no mean worth drawing.
 const MIN_BIN_ROWS: usize = 8;
-/// A velocity counts as a reversal when it has changed sign by this part of its RMS: noise about zero is none.
+/// A velocity counts as a reversal when it has changed sign by this part of its RMS: noise about
+/// zero is none.
 const REVERSED: f64 = 0.1;
 
 /// Smallest and largest value; a range without width gets one.
@@ -106,12 +107,14 @@ pub(super) fn curve(quantity: &[f64], residual: &[f64], range: [f64; 2]) -> Curv
     curve
 }
 
-/// Seconds since the velocity last changed sign, row by row; not a number before the first reversal.
+/// Seconds since the velocity last changed sign, row by row; not a number before the first
+/// reversal.
 pub(super) fn since_reversal(velocity: &[f64], rate: f64) -> Vec<f64> {
     let rows = velocity.len().max(1) as f64;
     let limit = REVERSED * (velocity.iter().map(|v| v * v).sum::<f64>() / rows).sqrt();
     let mut since = vec![f64::NAN; velocity.len()];
-    // The side that it was last clearly on, the last crossing of zero, and the reversal that is counted from.
+    // The side that it was last clearly on, the last crossing of zero, and the reversal that is
+    // counted from.
     let (mut side, mut crossing, mut reversal) = (0.0, None, None);
     for row in 0..velocity.len() {
         let v = velocity[row];

@@ -1,4 +1,5 @@
-//! Which rows of a record the page holds, and how they are written: peaks stay, the file stays small.
+//! Which rows of a record the page holds, and how they are written: peaks stay, the file stays
+//! small.
 
 use super::contents::Packed;
 use base64::Engine;
@@ -7,8 +8,8 @@ use base64::engine::general_purpose::STANDARD;
 /// Largest integer of a packed series.
 const FULL_SCALE: f64 = 32_767.0;
 
-/// The rows to keep of `rows`: all when `budget` allows, else of every stretch of equal length those at which one of the series
-/// is smallest or largest. The first and the last row always stay.
+/// The rows to keep of `rows`: all when `budget` allows, else of every stretch of equal length
+/// those at which one of the series is smallest or largest. The first and the last row always stay.
 pub(super) fn kept_rows(rows: usize, series: &[&[f64]], budget: usize) -> Vec<usize> {
     if rows <= budget.max(2) {
         return (0..rows).collect();
@@ -28,7 +29,8 @@ pub(super) fn kept_rows(rows: usize, series: &[&[f64]], budget: usize) -> Vec<us
     kept
 }
 
-/// Some rows of a series as integers of 16 bits: an error of at most 1/131,068 of the series' range.
+/// Some rows of a series as integers of 16 bits: an error of at most 1/131,068 of the series'
+/// range.
 pub(super) fn packed(series: &[f64], rows: &[usize]) -> Packed {
     let values = || rows.iter().map(|row| series[*row]);
     let (low, high) = values()

@@ -92,7 +92,8 @@ fn check_finite(file: &str, history: &AxisHistory) -> Result<()> {
     }
 }
 
-/// Cuts every version's records to the rows that all versions have: a correction in time costs rows at an end.
+/// Cuts every version's records to the rows that all versions have: a correction in time costs rows
+/// at an end.
 pub(super) fn align(versions: &mut [Version<'_>]) {
     let [before, after] = versions else {
         return;

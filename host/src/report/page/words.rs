@@ -108,7 +108,8 @@ fn contrast(error: f64, rows: f64) -> f64 {
     error / rows.max(1e-9)
 }
 
-/// `With the model in place of the joint the displacement of x differs by 3.1 % NMSE in valid.csv …`.
+/// `With the model in place of the joint the displacement of x differs by 3.1 % NMSE in valid.csv
+/// …`.
 fn of_response(response: &Response) -> String {
     let records = response.records.iter().flat_map(|record| {
         let moving = record.axes.iter().filter(|(_, figures)| !figures.at_rest);
@@ -153,8 +154,8 @@ fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAx
     }
 }
 
-/// `the error of x falls from 12 % to 2 % of the RMS force (noise floor 1.8 %)`, for every axis on which it changes by a
-/// twentieth, the largest change first.
+/// `the error of x falls from 12 % to 2 % of the RMS force (noise floor 1.8 %)`, for every axis on
+/// which it changes by a twentieth, the largest change first.
 fn fall(first: &Step, last: &Step, floors: &PerAxis) -> String {
     let ratio = |axis: &String, before: f64| Some(last.errors.get(axis)? / before);
     let mut changes: Vec<(f64, String)> = Vec::new();

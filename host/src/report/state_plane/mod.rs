@@ -1,4 +1,5 @@
-//! The residual over the state plane: how large it is at which displacement and velocity, and where the model fails.
+//! The residual over the state plane: how large it is at which displacement and velocity, and where
+//! the model fails.
 
 mod cells;
 
@@ -46,8 +47,8 @@ struct Plane {
 }
 
 impl StatePlane<'_> {
-    /// The map as an SVG document: the RMS of the residual as shades over displacement and velocity, the failing regions
-    /// framed and lettered, and below them in words.
+    /// The map as an SVG document: the RMS of the residual as shades over displacement and
+    /// velocity, the failing regions framed and lettered, and below them in words.
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when there are no rows or a number is not finite.
@@ -77,7 +78,8 @@ impl StatePlane<'_> {
         Ok(svg.replacen("<svg ", "<svg shape-rendering=\"crispEdges\" ", 1))
     }
 
-    /// The plane that holds every row of the records, and its points: displacement and velocity as drawn, and the residual.
+    /// The plane that holds every row of the records, and its points: displacement and velocity as
+    /// drawn, and the residual.
     fn plane(&self) -> Result<(Plane, Vec<[f64; 3]>)> {
         let Some(first) = self.histories.first() else {
             return Err(Error::data("a map of the residual needs a record"));
@@ -255,7 +257,8 @@ fn round_numbers(most: f64) -> Vec<f64> {
     numbers.take_while(|value| *value <= most).collect()
 }
 
-/// The colour scale: from no residual to the largest that enough rows bear out; where few rows had more, it says so.
+/// The colour scale: from no residual to the largest that enough rows bear out; where few rows had
+/// more, it says so.
 fn draw_scale(
     area: &DrawingArea<SVGBackend, Shift>,
     scale: &Quantity,

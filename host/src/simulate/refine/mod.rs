@@ -1,9 +1,10 @@
-//! A model refined until it simulates well: its numbers are moved so that the motion that `respond` computes fits the measured
-//! one (output error), starting from the fit to the equation of motion.
+//! A model refined until it simulates well: its numbers are moved so that the motion that `respond`
+//! computes fits the measured one (output error), starting from the fit to the equation of motion.
 //!
-//! The equation-error fit takes measured states as they are, so noise in the displacement biases it, and it does not know how an
-//! error in force adds up over time. Here the model's own motion is held against the measured one, on stretches that get longer
-//! (`shooting`). How long they may be, and whether the refinement is kept at all, is decided on the last fifth of every
+//! The equation-error fit takes measured states as they are, so noise in the displacement biases
+//! it, and it does not know how an error in force adds up over time. Here the model's own motion is
+//! held against the measured one, on stretches that get longer (`shooting`). How long they may be,
+//! and whether the refinement is kept at all, is decided on the last fifth of every
 //! training record, which a first refinement does not see; validation records decide nothing.
 
 mod outcome;
@@ -29,8 +30,9 @@ use std::cell::Cell;
 use unknowns::Unknowns;
 pub use unknowns::refuse_network;
 
-/// Stretches of the training records from short to whole: parts of the longest record. A short stretch has few minima and hardly
-/// shows drift; each length starts from what the shorter one found.
+/// Stretches of the training records from short to whole: parts of the longest record. A short
+/// stretch has few minima and hardly shows drift; each length starts from what the shorter one
+/// found.
 const PARTS: [usize; 3] = [64, 8, 1];
 /// The part of every training record that decides.
 const HELD_OUT: f64 = 0.2;
@@ -38,7 +40,8 @@ const HELD_OUT: f64 = 0.2;
 const MAX_STEPS: usize = 15;
 /// The fewest integration steps per row.
 const MIN_STEPS: usize = 1;
-/// A refinement is better when it leaves less by more than this part, on what is held out: below lies the integration's own error.
+/// A refinement is better when it leaves less by more than this part, on what is held out: below
+/// lies the integration's own error.
 const BETTER: f64 = 1e-3;
 
 /// What a refinement is made on.
@@ -70,8 +73,9 @@ struct Trial {
 /// Refines a model that was learnt from a study; `told` hears what is being done.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`], one sentence: a model that cannot be refined so, nothing to integrate, a simulation that
-/// diverges within the shortest stretches already. A network is wrong use.
+/// [`crate::text::error::Kind::Data`], one sentence: a model that cannot be refined so, nothing to
+/// integrate, a simulation that diverges within the shortest stretches already. A network is wrong
+/// use.
 pub fn refine(study: &Study, model: &ModelFile, told: &dyn Fn(&str)) -> Result<Refined> {
     study.check_has_time(
         "a simulation runs in time",
@@ -193,7 +197,8 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// Values that leave least on stretches of so many rows, from these on; none when the motion does not stay with the record.
+    /// Values that leave least on stretches of so many rows, from these on; none when the motion
+    /// does not stay with the record.
     fn descended(&self, share: [f64; 2], rows: usize, from: &[f64]) -> Result<Option<Vec<f64>>> {
         loop {
             let mut shooting = self.shooting(share, rows);
@@ -207,7 +212,8 @@ impl<'a> Ground<'a> {
             let Ok(needed) = self.settled_steps(&model) else {
                 return Ok(None);
             };
-            // A law that became sharper on the way was fitted together with the error of the integration: once more.
+            // A law that became sharper on the way was fitted together with the error of the
+            // integration: once more.
             if needed <= self.steps.get() {
                 return Ok(Some(point.values));
             }
@@ -215,7 +221,8 @@ impl<'a> Ground<'a> {
         }
     }
 
-    /// What is left on the last fifth of the training records, simulated from their measured starts as `respond` does.
+    /// What is left on the last fifth of the training records, simulated from their measured starts
+    /// as `respond` does.
     fn trial(&self, values: Vec<f64>, rows: Option<usize>) -> Result<Trial> {
         let mut judge = self.shooting([0.0, 1.0], usize::MAX);
         let point = judge.started_as_measured(values)?;
@@ -226,8 +233,9 @@ impl<'a> Ground<'a> {
         })
     }
 
-    /// Of the values found on all rows and those of a trial, those that leave less of the training records as a whole, simulated from
-    /// their measured starts; none where that is no less than what the model as it was leaves.
+    /// Of the values found on all rows and those of a trial, those that leave less of the training
+    /// records as a whole, simulated from their measured starts; none where that is no less
+    /// than what the model as it was leaves.
     fn best(
         &self,
         again: Option<Vec<f64>>,

@@ -1,4 +1,5 @@
-//! What a refinement came to: errors before and after, in force and in simulated motion, and whether it was kept.
+//! What a refinement came to: errors before and after, in force and in simulated motion, and
+//! whether it was kept.
 
 use crate::fit::errors::Evaluated;
 use crate::model::file::{AxisError, HistoryEntry, ModelFile};
@@ -26,8 +27,8 @@ pub struct Refinement {
     pub kept: bool,
     /// Length of the stretches that were simulated, s; none where nothing was kept.
     pub stretch_s: Option<f64>,
-    /// RMS error of the simulated displacement as a part of its RMS on the last fifth of the training records, before and after a
-    /// refinement on the rest.
+    /// RMS error of the simulated displacement as a part of its RMS on the last fifth of the
+    /// training records, before and after a refinement on the rest.
     pub held_out: [f64; 2],
     /// Equation error on the training records before and after.
     pub verification: [Vec<AxisError>; 2],

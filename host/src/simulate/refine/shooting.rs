@@ -1,10 +1,13 @@
-//! Output error: stretches of the records simulated one by one, and the sum of squares of what they miss.
+//! Output error: stretches of the records simulated one by one, and the sum of squares of what they
+//! miss.
 //!
-//! This is multiple shooting without conditions of continuity. Every stretch begins at a state of its own, which is found with the
-//! parameters: a measured start holds the noise of the displacement, and without a spring that noise becomes drift. It keeps to the
-//! measured start as closely as that is known, so that it does not take up what the model misses. Nothing ties the end of one stretch to the start of the next. What such a tie would teach, how errors add up
-//! over a long time, longer stretches teach as well; they are lengthened until each is a whole record, where continuity holds by
-//! itself, and no multipliers have to be weighed against the data.
+//! This is multiple shooting without conditions of continuity. Every stretch begins at a state of
+//! its own, which is found with the parameters: a measured start holds the noise of the
+//! displacement, and without a spring that noise becomes drift. It keeps to the measured start as
+//! closely as that is known, so that it does not take up what the model misses. Nothing ties the
+//! end of one stretch to the start of the next. What such a tie would teach, how errors add up over
+//! a long time, longer stretches teach as well; they are lengthened until each is a whole record,
+//! where continuity holds by itself, and no multipliers have to be weighed against the data.
 
 use super::tangent::{Displacements, Stretch, simulated};
 use super::unknowns::{By, Unknowns};
@@ -33,8 +36,8 @@ pub(super) struct Shooting<'a> {
     pub(super) weights: Vec<f64>,
     /// Standard deviation of a measured start.
     pub(super) deviations: [f64; 4],
-    /// Cost of the square by which a start leaves the measured one: a row that misses by as much as rows do counts as a start that is off
-    /// by its standard deviation.
+    /// Cost of the square by which a start leaves the measured one: a row that misses by as much
+    /// as rows do counts as a start that is off by its standard deviation.
     pub(super) ties: [f64; 4],
 }
 
@@ -45,7 +48,8 @@ pub(super) struct Point {
     pub(super) values: Vec<f64>,
     /// The body's positions and velocities at the start of every stretch.
     starts: Vec<[f64; 4]>,
-    /// Measured less simulated displacement times the weight, per stretch; the axes one after the other.
+    /// Measured less simulated displacement times the weight, per stretch; the axes one after the
+    /// other.
     left: Vec<Vec<f64>>,
     /// Σ of their squares; infinite when a stretch diverged.
     pub(super) cost: f64,
@@ -54,7 +58,8 @@ pub(super) struct Point {
 /// The slopes of a point, with the starts eliminated.
 pub(super) struct Linearised {
     normal: Mat<f64>,
-    /// Per stretch: the step of its start for no step of the unknowns in the last column, and how that falls with each of them.
+    /// Per stretch: the step of its start for no step of the unknowns in the last column, and how
+    /// that falls with each of them.
     starts: Vec<Mat<f64>>,
 }
 
@@ -80,7 +85,8 @@ impl Shooting<'_> {
         (0..self.weights.len()).flat_map(|i| [i, i + 2]).collect()
     }
 
-    /// The point with these values whose stretches start as measured; what it leaves says how closely starts keep to that.
+    /// The point with these values whose stretches start as measured; what it leaves says how
+    /// closely starts keep to that.
     pub(super) fn started_as_measured(&mut self, values: Vec<f64>) -> Result<Point> {
         let starts = self.stretches.iter().map(|s| self.measured(s)).collect();
         let point = self.point(values, starts)?;
@@ -156,7 +162,8 @@ impl Shooting<'_> {
         in_order(all.par_iter().map(one))
     }
 
-    /// The slopes by `count` unknowns, with the starts eliminated: what is left is least in them whatever the unknowns do.
+    /// The slopes by `count` unknowns, with the starts eliminated: what is left is least in them
+    /// whatever the unknowns do.
     fn eliminated(&self, point: &Point, count: usize) -> Result<Linearised> {
         let places = self.places();
         let unknowns = (0..count).map(By::Unknown);
@@ -242,7 +249,8 @@ impl Shooting<'_> {
         Ok(point)
     }
 
-    /// RMS of what is left as a part of the RMS displacement, over all axes and the rows of every stretch behind this part of it.
+    /// RMS of what is left as a part of the RMS displacement, over all axes and the rows of every
+    /// stretch behind this part of it.
     pub(super) fn relative(&self, point: &Point, behind: f64) -> f64 {
         if point.cost.is_infinite() {
             return f64::INFINITY;

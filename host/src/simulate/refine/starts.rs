@@ -1,4 +1,5 @@
-//! How exactly a measured start is known: the noise of the displacement, brought through the filters that make states of it.
+//! How exactly a measured start is known: the noise of the displacement, brought through the
+//! filters that make states of it.
 
 use crate::model::file::ModelFile;
 use crate::signal::motion::Motion;
@@ -37,7 +38,8 @@ pub(super) fn deviations(study: &Study, model: &ModelFile, training: &[&Motion])
     deviations
 }
 
-/// RMS of the white noise in a series, from its fourth differences: what moves slowly leaves next to nothing in them.
+/// RMS of the white noise in a series, from its fourth differences: what moves slowly leaves next
+/// to nothing in them.
 fn white(series: &[f64]) -> f64 {
     let fourth = series
         .windows(5)

@@ -1,7 +1,8 @@
 //! The measured body under way, and how its motion changes with one quantity.
 //!
-//! The joint's law works on dual numbers, and the integrator moves values and slopes side by side. A Runge–Kutta step is made of
-//! sums and products, so the slopes are those of the simulated motion itself, to rounding, whatever its step.
+//! The joint's law works on dual numbers, and the integrator moves values and slopes side by side.
+//! A Runge–Kutta step is made of sums and products, so the slopes are those of the simulated motion
+//! itself, to rounding, whatever its step.
 
 use super::unknowns::{By, Unknowns};
 use crate::model::file::ModelFile;
@@ -104,8 +105,8 @@ impl Tangent<'_> {
 
 /// Simulates every stretch from its start and differentiates it; none when one of them diverges.
 ///
-/// What the law remembers has followed the measured motion before each start, as in `respond`. Stretches come in the order of
-/// the bodies and of their rows.
+/// What the law remembers has followed the measured motion before each start, as in `respond`.
+/// Stretches come in the order of the bodies and of their rows.
 pub(super) fn simulated(
     (model, unknowns): (&ModelFile, &Unknowns),
     bodies: &[DrivenBody],

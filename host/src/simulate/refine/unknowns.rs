@@ -1,4 +1,5 @@
-//! What a refinement may change in a model: parameters of effects, coefficients of a polynomial, identified inertias.
+//! What a refinement may change in a model: parameters of effects, coefficients of a polynomial,
+//! identified inertias.
 
 use crate::fit::effects::unknowns as shapes;
 use crate::model::effects::AxisEffect;

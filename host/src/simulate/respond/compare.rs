@@ -8,7 +8,8 @@ use crate::study::Study;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Rows per window of the spectra at least, where the record has them; else a quarter of the record.
+/// Rows per window of the spectra at least, where the record has them; else a quarter of the
+/// record.
 const SEGMENT: usize = 4096;
 /// A band is told when its measured RMS is at least this part of the axis's.
 const HEARD: f64 = 1e-3;
@@ -21,7 +22,8 @@ const OCTAVES_HZ: [f64; 17] = [
 /// How one axis moved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisResponse {
-    /// 100·⟨(x−x̂)²⟩/var x: mean over the simulated rows, variance of the whole measured record, percent.
+    /// 100·⟨(x−x̂)²⟩/var x: mean over the simulated rows, variance of the whole measured record,
+    /// percent.
     pub displacement_nmse_percent: f64,
     /// The same of the velocity.
     pub velocity_nmse_percent: f64,
@@ -29,7 +31,8 @@ pub struct AxisResponse {
     pub peak_error: f64,
     /// RMS of the measured displacement about its mean, m or rad.
     pub rms_displacement: f64,
-    /// Part of the simulated rows in which this axis's simulated displacement or velocity is outside the training range, 0 to 1.
+    /// Part of the simulated rows in which this axis's simulated displacement or velocity is
+    /// outside the training range, 0 to 1.
     pub outside_range: f64,
     /// Seconds from the beginning of the file at which that happens first.
     pub first_outside_s: Option<f64>,
@@ -38,8 +41,8 @@ pub struct AxisResponse {
     /// True when the axis rests in this record, so that errors relative to its motion say nothing.
     #[serde(rename = "rests")]
     pub at_rest: bool,
-    /// Octave bands of the displacement; empty when the axis rests, when the simulation diverged in the first half, and with
-    /// restarts, whose jumps would be in every band.
+    /// Octave bands of the displacement; empty when the axis rests, when the simulation diverged
+    /// in the first half, and with restarts, whose jumps would be in every band.
     pub spectrum: Vec<Band>,
 }
 
@@ -150,7 +153,8 @@ pub(super) fn figures(
     (0..study.axes.len()).map(axis).collect()
 }
 
-/// Octave bands up to the common band, over the rows before a divergence if those are at least half.
+/// Octave bands up to the common band, over the rows before a divergence if those are at least
+/// half.
 fn octaves(measured: &[f64], simulated: &[f64], rate_hz: f64, band_hz: f64) -> Vec<Band> {
     let rows = simulated.iter().take_while(|x| x.is_finite()).count();
     if 2 * rows < simulated.len() {

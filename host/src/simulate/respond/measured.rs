@@ -1,8 +1,9 @@
 //! The body whose force was logged, moving under that force and a law in place of the joint.
 //!
-//! With `d` the relative displacement and `b` the body's position, the far side of the joint is at `o`: `d = b − o` or `d = o − b`,
-//! as the study's columns are. `o` is known from the measured motion and is prescribed; `b` is simulated. In a study that has
-//! the relative displacement alone the far side rests, as it does in the equation of motion from which the model was learnt.
+//! With `d` the relative displacement and `b` the body's position, the far side of the joint is at
+//! `o`: `d = b − o` or `d = o − b`, as the study's columns are. `o` is known from the measured
+//! motion and is prescribed; `b` is simulated. In a study that has the relative displacement alone
+//! the far side rests, as it does in the equation of motion from which the model was learnt.
 
 use super::compare::{self, Drift};
 use super::run::{Follower, MeasuredMotion, Mechanism};
@@ -18,12 +19,13 @@ use crate::study::{Axis, Channels, Controller, Convention, Study};
 use crate::text::error::{Error, Result};
 use nalgebra::{Matrix3, SVector, Vector3};
 
-/// RMS difference between a logged acceleration and the second derivative of the only displacement, as a part of the
-/// former's RMS in the common band, above which they belong to different motions.
+/// RMS difference between a logged acceleration and the second derivative of the only displacement,
+/// as a part of the former's RMS in the common band, above which they belong to different motions.
 const OTHER_MOTION: f64 = 0.5;
 
-/// Samples per row from which a drive is interpolated between the rows. A cubic through the rows themselves loses 0.3 % of a tone at a
-/// ninth of the sample rate and 5 % at a quarter; through four times as many, band-limited, it keeps both to 1e-3.
+/// Samples per row from which a drive is interpolated between the rows. A cubic through the rows
+/// themselves loses 0.3 % of a tone at a ninth of the sample rate and 5 % at a quarter; through
+/// four times as many, band-limited, it keeps both to 1e-3.
 const FINER: usize = 4;
 
 /// Positions of the body on both axes, then its velocities.
@@ -34,7 +36,8 @@ struct DrivenAxis {
     inertia: f64,
     ground_stiffness: f64,
     ground_damping: f64,
-    /// In closed loop the controller answers where the simulated body goes another way than the measured one.
+    /// In closed loop the controller answers where the simulated body goes another way than the
+    /// measured one.
     controller: Controller,
     /// +1 for d = b − o, −1 for d = o − b.
     side: f64,
@@ -67,7 +70,8 @@ pub(in crate::simulate) struct Acting {
 
 impl DrivenBody {
     /// # Errors
-    /// One sentence when an axis has no inertia to move, or when the motion of its far side is not in the log.
+    /// One sentence when an axis has no inertia to move, or when the motion of its far side is not
+    /// in the log.
     pub(in crate::simulate) fn new(
         study: &Study,
         model: &ModelFile,
@@ -175,8 +179,8 @@ impl DrivenBody {
         state
     }
 
-    /// The equation of motion: how the body's positions and velocities change, for what the joint exerts and an inertia per
-    /// axis.
+    /// The equation of motion: how the body's positions and velocities change, for what the joint
+    /// exerts and an inertia per axis.
     pub(in crate::simulate) fn rate<S: HostScalar>(
         &self,
         y: &[S; 4],
@@ -207,8 +211,9 @@ impl DrivenBody {
         y
     }
 
-    /// Which axes have no spring that would hold the model's force error within the axis's own motion; an axis that rests
-    /// shows no spring. `largest` is each axis's displacement in its liveliest record, RMS.
+    /// Which axes have no spring that would hold the model's force error within the axis's own
+    /// motion; an axis that rests shows no spring. `largest` is each axis's displacement in its
+    /// liveliest record, RMS.
     pub(in crate::simulate) fn drifts<L: JointLaw + Clone>(
         &self,
         model: &ModelFile,
@@ -256,10 +261,11 @@ impl DrivenBody {
     }
 }
 
-/// Which side of the joint the body is on (+1 for d = b − o, −1 for d = o − b), and the far side's position at every row, where
-/// it moves.
+/// Which side of the joint the body is on (+1 for d = b − o, −1 for d = o − b), and the far side's
+/// position at every row, where it moves.
 fn far_side(channels: &Channels, convention: Convention) -> (f64, Option<Vec<f64>>) {
-    // A joint that pulls the body when it is stretched has the body's position counted off; a spring would else push away.
+    // A joint that pulls the body when it is stretched has the body's position counted off; a
+    // spring would else push away.
     let by_convention = match convention {
         Convention::InertiaMinusForce => -1.0,
         Convention::ForceMinusInertia => 1.0,
@@ -270,7 +276,8 @@ fn far_side(channels: &Channels, convention: Convention) -> (f64, Option<Vec<f64
     );
     let Some(body) = &channels.body_position else {
         return match second {
-            // The acceleration was logged, so it is the body's own, and the other column is the far side.
+            // The acceleration was logged, so it is the body's own, and the other column is the far
+            // side.
             Some(second) if channels.acceleration.is_some() => {
                 let far = if by_convention < 0.0 { first } else { second };
                 (by_convention, Some(far.clone()))
@@ -294,8 +301,8 @@ fn far_side(channels: &Channels, convention: Convention) -> (f64, Option<Vec<f64
     (side, Some(far.collect()))
 }
 
-/// The logged force and, where the controller's gains are known, kp·b + kd·ḃ of the measured body: less the same of the simulated body it is
-/// the force of the closed loop, whatever its reference.
+/// The logged force and, where the controller's gains are known, kp·b + kd·ḃ of the measured body:
+/// less the same of the simulated body it is the force of the closed loop, whatever its reference.
 fn with_controller(
     channels: &Channels,
     axis: &Axis,
@@ -323,8 +330,8 @@ fn with_controller(
     force
 }
 
-/// Refuses a logged acceleration that is not that of the only displacement there is: the far side then moves, and nothing
-/// in the log says how.
+/// Refuses a logged acceleration that is not that of the only displacement there is: the far side
+/// then moves, and nothing in the log says how.
 fn check_acceleration(
     study: &Study,
     model: &ModelFile,

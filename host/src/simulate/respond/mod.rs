@@ -1,11 +1,14 @@
-//! How the rig would move with a model in place of its joint: the equation of motion integrated, and held against the record.
+//! How the rig would move with a model in place of its joint: the equation of motion integrated,
+//! and held against the record.
 //!
-//! A model that predicts the force well at measured states need not move like the joint: here its own errors come
-//! back to it through the motion. Two kinds of study are simulated, both by the integrator of the simulated rig:
+//! A model that predicts the force well at measured states need not move like the joint: here its
+//! own errors come back to it through the motion. Two kinds of study are simulated, both by the
+//! integrator of the simulated rig:
 //!
-//! - a study that `jointwatch simulate` wrote: all bodies of that rig, shaken by the same drive, against the true motion;
-//! - any other: the body whose force was logged, driven by that force and by the measured motion of its far side, against
-//!   the measured motion.
+//! - a study that `jointwatch simulate` wrote: all bodies of that rig, shaken by the same drive,
+//!   against the true motion;
+//! - any other: the body whose force was logged, driven by that force and by the measured motion of
+//!   its far side, against the measured motion.
 
 mod compare;
 pub(super) mod measured;
@@ -38,7 +41,8 @@ pub struct ModelLaw<S = f64> {
 }
 
 impl ModelLaw {
-    /// The model's restoring force, with the sign that its convention gives it in the equation of motion.
+    /// The model's restoring force, with the sign that its convention gives it in the equation of
+    /// motion.
     ///
     /// # Errors
     /// As [`Evaluator::new`].
@@ -79,7 +83,8 @@ impl<S: HostScalar> JointLaw<S> for ModelLaw<S> {
 /// Simulates the records of a study with the model in place of the joint.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`], one sentence: the study is not one the model fits, has no such record, or cannot be simulated.
+/// [`crate::text::error::Kind::Data`], one sentence: the study is not one the model fits, has no
+/// such record, or cannot be simulated.
 pub fn respond(study: &Study, model: &ModelFile, options: &Options) -> Result<Response> {
     respond_with(study, model, &ModelLaw::new(model)?, options)
 }
@@ -198,8 +203,8 @@ fn restart_rows(study: &Study, restart_s: Option<f64>) -> Result<Option<usize>> 
     Ok(Some(rows.round() as usize))
 }
 
-/// Per axis the largest root mean square about the mean of its displacement over all records: what counts as rest is known
-/// only from all of them.
+/// Per axis the largest root mean square about the mean of its displacement over all records: what
+/// counts as rest is known only from all of them.
 fn largest_displacement(study: &Study, motions: &[Motion]) -> Vec<f64> {
     let largest = |axis: usize| {
         motions

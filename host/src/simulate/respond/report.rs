@@ -254,7 +254,8 @@ fn spectra(record: &RecordResponse, study: &Study) -> Option<Table> {
     Some(table)
 }
 
-/// Time, simulated and measured states of one record, row by row; cells are empty where the simulation had diverged.
+/// Time, simulated and measured states of one record, row by row; cells are empty where the
+/// simulation had diverged.
 pub fn as_csv(record: &RecordResponse, study: &Study) -> String {
     let mut text = String::from("time_s");
     for axis in &study.axes {

@@ -11,7 +11,8 @@ use std::collections::BTreeMap;
 pub struct Options {
     /// Only this record, as study.toml names it.
     pub record: Option<String>,
-    /// Start anew from the measured motion every so many seconds; `None` is once, at the record's beginning.
+    /// Start anew from the measured motion every so many seconds; `None` is once, at the record's
+    /// beginning.
     pub restart_s: Option<f64>,
     /// Drive the body by the logged force also where the study's truth is at hand.
     pub measured: bool,
@@ -42,7 +43,8 @@ pub struct RecordResponse {
     pub diverged: Vec<Divergence>,
     /// Integration steps per row.
     pub steps_per_row: usize,
-    /// RMS change of the displacements when twice as many steps are taken, as a part of their RMS; the largest over the axes.
+    /// RMS change of the displacements when twice as many steps are taken, as a part of their RMS;
+    /// the largest over the axes.
     pub step_error: f64,
     /// Figures by axis name.
     pub axes: BTreeMap<String, AxisResponse>,

@@ -1,4 +1,5 @@
-//! The whole simulated rig with a law in place of its joint, shaken by the drive with which the study was simulated.
+//! The whole simulated rig with a law in place of its joint, shaken by the drive with which the
+//! study was simulated.
 
 use super::run::{Follower, MeasuredMotion, Mechanism};
 use crate::model::ModelEffect;
@@ -11,8 +12,9 @@ use crate::text::error::{Error, Result};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// Largest RMS difference between logged and re-simulated displacement, as a part of the latter's RMS, at which a
-/// truth file counts as that of the record: encoder counts are far below, another seed or another rig far above.
+/// Largest RMS difference between logged and re-simulated displacement, as a part of the latter's
+/// RMS, at which a truth file counts as that of the record: encoder counts are far below, another
+/// seed or another rig far above.
 const SAME_MOTION: f64 = 0.02;
 
 /// What `jointwatch simulate` left beside the study.
@@ -71,7 +73,8 @@ pub(super) struct ShakenRecord<'a> {
 }
 
 impl<'a> ShakenRecord<'a> {
-    /// Shakes the true rig once more: that gives the bodies that nobody logged, and shows that truth and log belong together.
+    /// Shakes the true rig once more: that gives the bodies that nobody logged, and shows that
+    /// truth and log belong together.
     ///
     /// # Errors
     /// When they do not.

@@ -1,4 +1,5 @@
-//! One simulated run along a record: where it starts anew, when it has diverged, and how fine its steps must be.
+//! One simulated run along a record: where it starts anew, when it has diverged, and how fine its
+//! steps must be.
 
 use crate::model::InputRange;
 use crate::model::file::{Base, ModelFile};
@@ -6,9 +7,11 @@ use crate::model::scalar::HostScalar;
 use crate::simulate::JointLaw;
 use serde::Serialize;
 
-/// A simulation has diverged when a state lies this many half-ranges from the middle of its training range.
+/// A simulation has diverged when a state lies this many half-ranges from the middle of its
+/// training range.
 pub(in crate::simulate) const DIVERGED: f64 = 10.0;
-/// Steps are fine enough when twice as many change the displacements by at most this part of their RMS.
+/// Steps are fine enough when twice as many change the displacements by at most this part of their
+/// RMS.
 pub(in crate::simulate) const SETTLED: f64 = 1e-4;
 /// Most steps per row; a motion that still changes then is told as such.
 const MAX_STEPS: usize = 64;
@@ -103,7 +106,8 @@ pub struct Divergence {
     pub state: &'static str,
     /// Its value, SI; `null` in JSON when it was not finite.
     pub value: f64,
-    /// Distance from the middle of the training range in half-ranges; `null` when it was not finite.
+    /// Distance from the middle of the training range in half-ranges; `null` when it was not
+    /// finite.
     pub half_ranges: f64,
 }
 
@@ -144,7 +148,8 @@ impl Simulated {
         self.diverged.iter().map(told).collect()
     }
 
-    /// RMS difference of the displacements of two runs where both went, as a part of the second's RMS; the largest over the axes.
+    /// RMS difference of the displacements of two runs where both went, as a part of the second's
+    /// RMS; the largest over the axes.
     fn change(&self, finer: &Self) -> f64 {
         let axis = |(a, b): (&Vec<f64>, &Vec<f64>)| {
             let (mut difference, mut size) = (0.0, 0.0);
@@ -207,8 +212,8 @@ fn run<M: Mechanism>(
     simulated
 }
 
-/// Runs with ever finer steps, from `least_steps` per row on, until halving them changes nothing that matters; the coarser of the
-/// last two is returned, or, when nothing settles, the finest.
+/// Runs with ever finer steps, from `least_steps` per row on, until halving them changes nothing
+/// that matters; the coarser of the last two is returned, or, when nothing settles, the finest.
 pub(in crate::simulate) fn settled<M: Mechanism>(
     motion: &MeasuredMotion,
     restart_rows: Option<usize>,

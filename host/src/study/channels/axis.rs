@@ -5,7 +5,8 @@ use crate::study::Channels;
 use crate::study::plan::AxisPlan;
 
 impl AxisPlan {
-    /// The axis's channels of one log, each as `series` gives it in SI, and the optional columns that the log lacks.
+    /// The axis's channels of one log, each as `series` gives it in SI, and the optional columns
+    /// that the log lacks.
     pub(crate) fn channels(
         &self,
         (rows, period_s): (usize, f64),

@@ -31,7 +31,8 @@ impl Calibrated {
         Some(logged[rows].iter().map(|value| si(*value)).collect())
     }
 
-    /// What makes SI of the numbers of a file that states this unit for them; failing that, the one in the column's name counts.
+    /// What makes SI of the numbers of a file that states this unit for them; failing that, the one
+    /// in the column's name counts.
     pub(crate) fn si(&self, of_file: Option<&str>) -> impl Fn(f64) -> f64 + use<> {
         let factor = match (&self.stated, of_file.or(self.named.as_deref())) {
             (Some((_, factor)), _) => *factor,
@@ -58,8 +59,9 @@ impl Calibrated {
         self.quantity.factor(unit, self.scale != 1.0)
     }
 
-    /// Holds the unit that the file states against the study's: a note where they differ or where only the column's name says it, an
-    /// error where the study states none and the file's cannot be used.
+    /// Holds the unit that the file states against the study's: a note where they differ or where
+    /// only the column's name says it, an error where the study states none and the file's
+    /// cannot be used.
     pub(crate) fn check_unit(&self, request: &Request<'_>, log: &Log) -> Result<Option<String>> {
         let Some(unit) = self.unit_in(log) else {
             return Ok(None);

@@ -1,4 +1,5 @@
-//! What a column is, by its name and unit: English, German and French words, and units written in brackets or behind the name.
+//! What a column is, by its name and unit: English, German and French words, and units written in
+//! brackets or behind the name.
 
 use super::units::{Quantity, is_a_unit, is_bare};
 use crate::study::AxisKind::{Rotation, Translation};
@@ -180,7 +181,8 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
             0
         }
     };
-    // A name that is no word for anything may be a unit; an n or an in is more often something else, so it says little beside other names.
+    // A name that is no word for anything may be a unit; an n or an in is more often something
+    // else, so it says little beside other names.
     let is_word = |q: &Quantity| by_name(*q) > 0;
     let is_word = is_word(&Quantity::Time) || QUANTITIES.iter().any(is_word);
     let bare = (unit.is_none() && !is_word && is_a_unit(name) && !is_bare(name) && name != "in")
@@ -225,7 +227,8 @@ fn bracketed(name: &str) -> Option<(&str, Option<String>)> {
     is_word.then(|| (stem.trim(), Some(unit.to_owned())))
 }
 
-/// The words of a name in small letters: “x2” is an x, “a_1” an a, “TargetPosition” a target and a position.
+/// The words of a name in small letters: “x2” is an x, “a_1” an a, “TargetPosition” a target and a
+/// position.
 fn tokens(name: &str) -> Vec<String> {
     let letters: Vec<char> = name.chars().collect();
     let mut spaced = String::new();
@@ -254,8 +257,8 @@ pub(crate) fn seconds(unit: &str) -> Option<f64> {
     Quantity::Time.factor(unit, false).ok()
 }
 
-/// The unit that stands in the name of a column of this quantity: whatever is in brackets, and behind the name what fits the quantity, as
-/// `a_in` may be an input and no inch.
+/// The unit that stands in the name of a column of this quantity: whatever is in brackets, and
+/// behind the name what fits the quantity, as `a_in` may be an input and no inch.
 pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
     let unit = split_unit(name).1?;
     let is_word = unit.chars().any(|c| c.is_alphabetic() || c == '°');
@@ -264,7 +267,8 @@ pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
     (is_word && fits && quantity != Quantity::Input).then_some(unit)
 }
 
-/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `Weg: mm`, `x2_m`, `a_m_s2`, `v_m_per_s`.
+/// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `Weg: mm`, `x2_m`,
+/// `a_m_s2`, `v_m_per_s`.
 pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
         if let Some((stem, rest)) = name.split_once(open)

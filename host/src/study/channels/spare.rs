@@ -1,4 +1,5 @@
-//! Columns of the logs that a study does not name: a model may follow one as if it were an input, under the word in its name: `I` for `I [A]`.
+//! Columns of the logs that a study does not name: a model may follow one as if it were an input,
+//! under the word in its name: `I` for `I [A]`.
 
 use super::naming::split_unit;
 use crate::study::description::{Description, InputEntry, RecordEntry, Source};
@@ -15,8 +16,8 @@ use std::sync::Arc;
 use toml::Spanned;
 
 impl Study {
-    /// Reads a study as [`Study::read`] does, with further columns of its logs as inputs, each under the word in its name; those that the
-    /// study names already are left alone.
+    /// Reads a study as [`Study::read`] does, with further columns of its logs as inputs, each
+    /// under the word in its name; those that the study names already are left alone.
     ///
     /// # Errors
     /// As [`Study::read`], also for a column that a log lacks.
@@ -25,7 +26,8 @@ impl Study {
         Self::described(&Source::file(&path, &text), Logged::Files, columns)
     }
 
-    /// Reads a study for effects that follow these inputs: columns of that word serve where the study names no such input.
+    /// Reads a study for effects that follow these inputs: columns of that word serve where the
+    /// study names no such input.
     ///
     /// # Errors
     /// As [`Study::read`]; an input that is nowhere is refused by what needs it.
@@ -63,8 +65,9 @@ impl Study {
         spare.filter(wanted).collect()
     }
 
-    /// The study with every column as an input that no channel uses, that holds a number in every row of all records, and that changes,
-    /// be it from one record to another; nothing where there is none, or where the logs are not files.
+    /// The study with every column as an input that no channel uses, that holds a number in every
+    /// row of all records, and that changes, be it from one record to another; nothing where
+    /// there is none, or where the logs are not files.
     ///
     /// # Errors
     /// As [`Study::read`].
@@ -115,7 +118,8 @@ impl Study {
     }
 }
 
-/// The word under which effects can follow a column: its name, or that without its unit and with `_` between its parts.
+/// The word under which effects can follow a column: its name, or that without its unit and with
+/// `_` between its parts.
 pub(crate) fn word_of(column: &str) -> Option<String> {
     let in_words = |c: char| c.is_alphanumeric() || c == '_';
     if column.chars().all(in_words) {

@@ -26,7 +26,8 @@ const FOOT: f64 = 0.3048;
 const GRAVITY: f64 = 9.806_65;
 const POUND_FORCE: f64 = 0.453_592_37 * GRAVITY;
 
-/// Units without a size of their own: the channel's `scale` must say how many SI units one of them is.
+/// Units without a size of their own: the channel's `scale` must say how many SI units one of them
+/// is.
 const BARE: [&str; 10] = ["V", "mV", "A", "mA", "mV/V", "count", "bit", "%", "1", "-"];
 
 /// Units of channels that no study uses, met in rows of units.
@@ -202,7 +203,8 @@ impl Quantity {
 
     /// How many SI units one `unit` is, or the end of a sentence that says what is wrong with it.
     ///
-    /// `scaled` tells whether the channel states a scale, without which a volt or a count means nothing.
+    /// `scaled` tells whether the channel states a scale, without which a volt or a count means
+    /// nothing.
     pub(crate) fn factor(self, unit: &str, scaled: bool) -> Result<f64, String> {
         if self == Self::Input {
             return Ok(1.0);
@@ -219,7 +221,8 @@ impl Quantity {
             };
         }
         let exact = self.table().iter().find(|(name, _)| *name == plain);
-        // Some programs write all units in capitals; where two differ in nothing else, as mN and MN do, that is no answer.
+        // Some programs write all units in capitals; where two differ in nothing else, as mN and MN
+        // do, that is no answer.
         let alike = |(name, _): &&(&str, f64)| name.eq_ignore_ascii_case(&plain);
         let mut loosely = self.table().iter().filter(alike);
         let only = loosely.next().filter(|_| loosely.next().is_none());
@@ -281,7 +284,8 @@ pub(crate) fn is_a_unit(text: &str) -> bool {
     listed || is_bare(text) || OTHER.contains(&plain.as_str())
 }
 
-/// One spelling for the many in use: N·m, N.m, N-m and Nm; µm; m/s², m/s2, m/sec^2, m/s/s and m s-2; °/s; tr/min.
+/// One spelling for the many in use: N·m, N.m, N-m and Nm; µm; m/s², m/s2, m/sec^2, m/s/s and m
+/// s-2; °/s; tr/min.
 fn normalised(unit: &str) -> String {
     if let Some(short) = word(unit) {
         return short.to_owned();

@@ -1,11 +1,14 @@
-//! Inputs from which nothing can be learnt: those that never change, and those that are a channel of the joint once more.
+//! Inputs from which nothing can be learnt: those that never change, and those that are a channel
+//! of the joint once more.
 
 use crate::study::{Channels, Input, Record, Study};
 
-/// Two series with this share of their power in common are one: noise of sensors of their own would show.
+/// Two series with this share of their power in common are one: noise of sensors of their own would
+/// show.
 const SAME: f64 = 1.0 - 1e-7;
 
-/// A sentence for every input that is the same in all rows, and for every one that is a channel of an axis but for scale and offset.
+/// A sentence for every input that is the same in all rows, and for every one that is a channel of
+/// an axis but for scale and offset.
 pub(in crate::study) fn inputs(study: &Study) -> Vec<String> {
     let sentences = study.inputs.iter().map(|input| {
         constant(study, input).or_else(|| {

@@ -1,8 +1,9 @@
 //! Derivatives that can be compared with measured ones without an error of their own.
 //!
-//! The second difference of a position over a lag of `h` samples is the acceleration averaged with a triangle of half-width `h`:
-//! exactly, whatever the motion. So a logged acceleration, averaged with that triangle, must equal it, and a longer lag lowers the
-//! noise of both alike. The same holds for velocities.
+//! The second difference of a position over a lag of `h` samples is the acceleration averaged with
+//! a triangle of half-width `h`: exactly, whatever the motion. So a logged acceleration, averaged
+//! with that triangle, must equal it, and a longer lag lowers the noise of both alike. The same
+//! holds for velocities.
 
 /// Lags tried, in samples.
 pub(crate) const LAGS: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
@@ -30,7 +31,8 @@ fn boxed(series: &[f64], count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Position, velocity and acceleration of a logged position, each averaged with the same triangle; `lag` rows are lost at each end.
+/// Position, velocity and acceleration of a logged position, each averaged with the same triangle;
+/// `lag` rows are lost at each end.
 pub(crate) fn motion(position: &[f64], lag: usize, rate_hz: f64) -> [Vec<f64>; 3] {
     let inner = position
         .get(1..position.len().saturating_sub(1))
@@ -92,7 +94,8 @@ pub(crate) fn likeness(first: &[f64], second: &[f64]) -> Likeness {
     }
 }
 
-/// How a logged derivative of the given order (1 velocity, 2 acceleration) follows a position, at the lag where it does so best.
+/// How a logged derivative of the given order (1 velocity, 2 acceleration) follows a position, at
+/// the lag where it does so best.
 pub(crate) fn derivative_likeness(
     logged: &[f64],
     position: &[f64],
@@ -111,9 +114,11 @@ pub(crate) fn derivative_likeness(
     })
 }
 
-/// The shortest lag at which the second difference of a position stands clear of the position's noise.
+/// The shortest lag at which the second difference of a position stands clear of the position's
+/// noise.
 pub(crate) fn clear_lag(position: &[f64]) -> usize {
-    // Of white noise the sixth difference has 924 times the variance; of a motion sampled well it has next to nothing.
+    // Of white noise the sixth difference has 924 times the variance; of a motion sampled well it
+    // has next to nothing.
     let sixth = position
         .windows(7)
         .map(|w| w[0] - 6.0 * w[1] + 15.0 * w[2] - 20.0 * w[3] + 15.0 * w[4] - 6.0 * w[5] + w[6]);

@@ -1,4 +1,5 @@
-//! A small least-squares fit over blocks of rows, with errors from leaving out one block at a time: enough to be sure of a sign.
+//! A small least-squares fit over blocks of rows, with errors from leaving out one block at a time:
+//! enough to be sure of a sign.
 
 /// Sums over one block of rows.
 struct Block {
@@ -129,7 +130,8 @@ impl Linear {
     }
 }
 
-/// Cholesky on the scaled matrix, whose lower triangle is given; `None` when a column says nothing of its own.
+/// Cholesky on the scaled matrix, whose lower triangle is given; `None` when a column says nothing
+/// of its own.
 fn solve(gram: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
     let width = target.len();
     let scales: Vec<f64> = (0..width).map(|i| gram[i][i].sqrt()).collect();

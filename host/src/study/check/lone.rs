@@ -1,11 +1,13 @@
-//! Values that no sensor gives: a row that stands alone between neighbours that agree, as one wrong digit or sign of a log does.
+//! Values that no sensor gives: a row that stands alone between neighbours that agree, as one wrong
+//! digit or sign of a log does.
 //!
-//! A channel that was sampled as it should be has nothing above half its sample rate, so that no excursion is one row long: its
-//! neighbours take part in it. What counts is how far a row is from the middle of its neighbours, beside the same of the rows around it
-//! and of the usual row.
+//! A channel that was sampled as it should be has nothing above half its sample rate, so that no
+//! excursion is one row long: its neighbours take part in it. What counts is how far a row is from
+//! the middle of its neighbours, beside the same of the rows around it and of the usual row.
 
-/// So many times as far as any row around it, and as 99 of 100 rows of the channel. On measured logs an impact, a step of a command and a
-/// coarse counter come to 5; a wrong sign of a usual value comes to 20 and more.
+/// So many times as far as any row around it, and as 99 of 100 rows of the channel. On measured
+/// logs an impact, a step of a command and a coarse counter come to 5; a wrong sign of a usual
+/// value comes to 20 and more.
 const ALONE: f64 = 8.0;
 /// Rows around it, on either side.
 const AROUND: usize = 50;
@@ -72,7 +74,8 @@ fn usual(mut values: Vec<f64>) -> f64 {
     *values.select_nth_unstable_by(at, f64::total_cmp).1
 }
 
-/// The rows that stand out of the usual row around them, however many there are of them: so many that none is alone.
+/// The rows that stand out of the usual row around them, however many there are of them: so many
+/// that none is alone.
 pub(crate) fn outliers(series: &[f64]) -> Vec<Lone> {
     let off = off(series);
     let steps = series.windows(2).map(|pair| (pair[1] - pair[0]).abs());
@@ -115,7 +118,8 @@ pub(crate) fn lone(series: &[f64]) -> Vec<Lone> {
     alone
 }
 
-/// The rows that stand alone on a path without time, which may turn round from one row to the next: by more than it steps, too.
+/// The rows that stand alone on a path without time, which may turn round from one row to the next:
+/// by more than it steps, too.
 pub(crate) fn lone_of_path(series: &[f64]) -> Vec<Lone> {
     let mut alone = lone(series);
     if !alone.is_empty() {

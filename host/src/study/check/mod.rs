@@ -1,10 +1,11 @@
 //! Channels that say nothing: a sensor that stood still while its axis moved.
 //!
-//! An axis may rest in a record: the best way to learn `x` alone is to leave `phi` alone. Its encoders then show one
-//! count throughout, and that is right. So a constant channel is refused when
+//! An axis may rest in a record: the best way to learn `x` alone is to leave `phi` alone. Its
+//! encoders then show one count throughout, and that is right. So a constant channel is refused
+//! when
 //! - the study has one axis (a record in which it rests teaches nothing), or both axes rest;
-//! - another encoder of its axis moves in the same record, or it is a force, an acceleration or a velocity and an encoder
-//!   of its axis moves;
+//! - another encoder of its axis moves in the same record, or it is a force, an acceleration or a
+//!   velocity and an encoder of its axis moves;
 //! - it is constant in every record.
 
 mod inputs;
@@ -19,8 +20,8 @@ use super::plan::{AxisPlan, Plan};
 use super::{Channels, Record, Study};
 use crate::text::error::{Error, Result};
 
-/// An axis moves in a record when an encoder spans at least this share of what it spans in its liveliest record; less is
-/// what the other axis shakes into it.
+/// An axis moves in a record when an encoder spans at least this share of what it spans in its
+/// liveliest record; less is what the other axis shakes into it.
 const MOVES: f64 = 0.01;
 
 struct Trace {

@@ -5,7 +5,8 @@ use crate::study::description::{Description, RecordEntry, Source};
 use crate::text::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Refuses rows that train and validate, before any log is opened; notes of what is lacking or there twice.
+/// Refuses rows that train and validate, before any log is opened; notes of what is lacking or
+/// there twice.
 pub(crate) fn check(source: &Source<'_>, said: &Description, folder: &Path) -> Result<Vec<String>> {
     if said.record.is_empty() {
         return Err(Error::data(format!(

@@ -1,4 +1,5 @@
-//! `study.toml` word for word, before any log is opened: its keys, their types, and what a misspelt key probably meant.
+//! `study.toml` word for word, before any log is opened: its keys, their types, and what a misspelt
+//! key probably meant.
 
 pub(crate) mod written;
 
@@ -101,7 +102,8 @@ pub(crate) struct ClockEntry {
     /// The file of the `[[record]]` whose run it logged.
     pub(crate) record: Spanned<String>,
     pub(crate) time: Spanned<Channel>,
-    /// A column of this file, and the one of the record's that logged the same; left out where one clock gave both files their times.
+    /// A column of this file, and the one of the record's that logged the same; left out where one
+    /// clock gave both files their times.
     pub(crate) common: Option<Spanned<[String; 2]>>,
     /// How often the first is differentiated to be the second.
     pub(crate) derivative: Option<Spanned<i8>>,
@@ -160,7 +162,8 @@ pub(crate) struct Channel(pub(crate) ChannelTable);
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Channels(pub(crate) Vec<ChannelTable>);
 
-/// The applied force: its columns, none of them where nothing is applied and the log has no such channel.
+/// The applied force: its columns, none of them where nothing is applied and the log has no such
+/// channel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Force {
     Columns(Vec<ChannelTable>),
@@ -332,7 +335,8 @@ impl<'de> Deserialize<'de> for Force {
     }
 }
 
-/// The text of `study.toml`, or of another TOML file, and where it lies, to say in which line something stands.
+/// The text of `study.toml`, or of another TOML file, and where it lies, to say in which line
+/// something stands.
 pub(crate) struct Source<'a> {
     pub(crate) path: &'a Path,
     pub(crate) text: &'a str,
@@ -352,7 +356,8 @@ impl<'a> Source<'a> {
 }
 
 impl Source<'_> {
-    /// The file's content, or one sentence on what is wrong in which line; `page` of docs/ describes its keys.
+    /// The file's content, or one sentence on what is wrong in which line; `page` of docs/
+    /// describes its keys.
     pub(crate) fn parse<T: de::DeserializeOwned>(&self, page: &str) -> Result<T> {
         toml::from_str(self.text).map_err(|e| {
             let place = match e.span() {

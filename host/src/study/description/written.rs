@@ -1,4 +1,5 @@
-//! A study written out in SI units: records as CSV with a column per channel, and the `study.toml` that describes them.
+//! A study written out in SI units: records as CSV with a column per channel, and the `study.toml`
+//! that describes them.
 
 use crate::study::{Channels, Controller, Convention, Record, Role, Study};
 use std::fmt::Write;

@@ -1,4 +1,5 @@
-//! The axes of a draft: which columns belong together, and which way round the equation of motion stands.
+//! The axes of a draft: which columns belong together, and which way round the equation of motion
+//! stands.
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
 use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
@@ -145,7 +146,8 @@ fn best_axis(
     said: &Said,
     findings: &mut Vec<String>,
 ) -> Result<DraftAxis> {
-    // Of columns that may as well be the force by their names, the one that the motion explains best.
+    // Of columns that may as well be the force by their names, the one that the motion explains
+    // best.
     let score = |c: &SurveyedColumn| c.named.score(Quantity::Force(kind));
     let likely = parts.force.iter().copied();
     let likely = likely.filter(|c| score(c) == score(parts.force[0]));
@@ -172,7 +174,8 @@ fn best_axis(
         .filter(|t| t.second.is_none())
         .map(|t| t.fitted.rest);
     let single = singles.fold(f64::INFINITY, f64::min);
-    // Two orders of a pair are one fit with the signs turned: the body is what the accelerometer follows closer.
+    // Two orders of a pair are one fit with the signs turned: the body is what the accelerometer
+    // follows closer.
     let pairs = trials.iter().filter(|t| t.second.is_some());
     let best_pair = pairs
         .clone()
@@ -203,7 +206,8 @@ fn best_axis(
     Ok(axis_of(logs, chosen, parts, force, kind, said, findings))
 }
 
-/// A column as study.toml will have it; what its numbers are taken for where no log says so is a finding.
+/// A column as study.toml will have it; what its numbers are taken for where no log says so is a
+/// finding.
 fn channel(
     logs: &[Log<'_>],
     column: &SurveyedColumn,
@@ -252,8 +256,8 @@ fn channel(
     }
 }
 
-/// Turns the sign of the force or of the accelerometer, one of which counts the other way where a body's mass comes out negative;
-/// gives −1 when it was the force's.
+/// Turns the sign of the force or of the accelerometer, one of which counts the other way where a
+/// body's mass comes out negative; gives −1 when it was the force's.
 fn turn_a_sign(
     chosen: &Trial<'_>,
     force: &mut DraftChannel,
@@ -281,7 +285,8 @@ fn turn_a_sign(
     -1.0
 }
 
-/// What is positive where the force resists the motion: damping, work taken in, or stiffness, whatever tells most.
+/// What is positive where the force resists the motion: damping, work taken in, or stiffness,
+/// whatever tells most.
 fn resists(chosen: &Trial<'_>, timeless: bool) -> f64 {
     let [inertia, damping, stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
     if chosen.fitted.sure(1) && !timeless {
@@ -297,10 +302,12 @@ fn resists(chosen: &Trial<'_>, timeless: bool) -> f64 {
     }
 }
 
-/// Whether an inertia shows, alone or beside friction, which hides it until it has a column of its own.
+/// Whether an inertia shows, alone or beside friction, which hides it until it has a column of its
+/// own.
 fn shows_inertia(chosen: &Trial<'_>, resists: f64) -> bool {
     let inertia = chosen.fitted.coefficients[0];
-    // By its own position a body is accelerated against its joint: a mass of the other sign is a stiffness that rises with frequency.
+    // By its own position a body is accelerated against its joint: a mass of the other sign is a
+    // stiffness that rises with frequency.
     let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
     let stiffens = by_position && inertia * resists < 0.0;
     let beside = chosen.beside_friction.as_ref();

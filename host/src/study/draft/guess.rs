@@ -16,8 +16,8 @@ const NEAR_RATE: f64 = 0.02;
 /// Guesses a study from the logs that were looked at.
 ///
 /// # Errors
-/// [`crate::text::error::Kind::Data`]: the logs do not go together, or no force or no displacement can be told; the sentence says how to
-/// name it.
+/// [`crate::text::error::Kind::Data`]: the logs do not go together, or no force or no displacement
+/// can be told; the sentence says how to name it.
 pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
     let Some(first) = surveys.first() else {
         return Err(Error::usage("no log was given; name at least one"));
@@ -125,7 +125,8 @@ fn unused(
     all.map(|c| (c.name.clone(), c.unit.clone())).collect()
 }
 
-/// The even rate that the logs have to be brought to, Hz, where one of them has times that are not even, or faster ones.
+/// The even rate that the logs have to be brought to, Hz, where one of them has times that are not
+/// even, or faster ones.
 fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
     let mut times = surveys.iter().filter_map(|s| time_like(s, time));
     let faster = times.any(|own| own.rate_hz > (1.0 + RATE_TOLERANCE) * time.rate_hz);

@@ -1,7 +1,9 @@
-//! A first study.toml for somebody's logs: what each column is, how the axes are put together, and which record validates.
+//! A first study.toml for somebody's logs: what each column is, how the axes are put together, and
+//! which record validates.
 //!
-//! Names and units say most of it; what they leave open is settled by what the numbers do: an acceleration is the second derivative
-//! of a position, a passive joint takes energy out, the inertia is positive.
+//! Names and units say most of it; what they leave open is settled by what the numbers do: an
+//! acceleration is the second derivative of a position, a passive joint takes energy out, the
+//! inertia is positive.
 
 mod axis;
 mod guess;

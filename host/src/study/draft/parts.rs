@@ -13,7 +13,8 @@ pub struct DraftChannel {
     pub unit: Option<String>,
     /// −1 where the sign was turned.
     pub scale: f64,
-    /// Whether its place was guessed from the numbers or from a single letter, rather than said by name and unit.
+    /// Whether its place was guessed from the numbers or from a single letter, rather than said by
+    /// name and unit.
     pub guessed: bool,
 }
 
@@ -31,7 +32,8 @@ pub struct DraftRecord {
 /// What a user has said, so that it need not be guessed.
 #[derive(Clone, Debug, Default)]
 pub struct Said {
-    /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement, velocity, acceleration and force.
+    /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement,
+    /// velocity, acceleration and force.
     pub columns: Vec<(String, String)>,
     /// Sample rate, Hz; `None` where a column of time is named.
     pub sample_rate_hz: Option<f64>,
@@ -65,7 +67,8 @@ pub struct Draft {
     pub sample_rate_hz: Option<f64>,
     /// One or two axes.
     pub axes: Vec<DraftAxis>,
-    /// Columns that change and that nothing was found for, with their units: the joint may follow one.
+    /// Columns that change and that nothing was found for, with their units: the joint may follow
+    /// one.
     pub unused: Vec<(String, Option<String>)>,
     /// The records, in the order given.
     pub records: Vec<DraftRecord>,
@@ -92,7 +95,8 @@ pub struct DraftAxis {
     pub acceleration: Option<DraftChannel>,
     /// The force or torque that is applied.
     pub force: DraftChannel,
-    /// kg or kg·m² as the user said, or 0 where the force is the restoring force; `None` to be identified.
+    /// kg or kg·m² as the user said, or 0 where the force is the restoring force; `None` to be
+    /// identified.
     pub inertia: Option<f64>,
     /// What the force looks like, kg or kg·m², for the comment.
     pub inertia_seen: Option<f64>,
@@ -123,7 +127,8 @@ impl Log<'_> {
         self.survey.column(column).map(|c| c.values.as_slice())
     }
 
-    /// The values of a column in SI, by the unit that this log states for it; as they are where it states none.
+    /// The values of a column in SI, by the unit that this log states for it; as they are where it
+    /// states none.
     pub(super) fn si(&self, column: &str, quantity: Quantity) -> Option<Vec<f64>> {
         let column = self.survey.column(column)?;
         let factor = factor(column, quantity);

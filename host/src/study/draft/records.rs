@@ -8,7 +8,8 @@ use crate::study::survey::{Survey, extent};
 const SPLIT: f64 = 0.3;
 /// The steps in which such a part is looked for.
 const STEPS: usize = 10;
-/// A part moves within what the others do where it goes beyond by no more than this part of their range.
+/// A part moves within what the others do where it goes beyond by no more than this part of their
+/// range.
 const WITHIN: f64 = 0.02;
 /// A record with fewer rows is not split: its parts would be too short for the study's filters.
 const MIN_SPLIT: usize = 1000;
@@ -18,7 +19,8 @@ const MIN_PART: usize = 300;
 /// How words begin that say that a log is kept aside, the clearest first.
 const VALIDATION: [&[&str]; 2] = [&["valid"], &["check", "test", "pruef", "prüf", "kontroll"]];
 
-/// Whether a word in the name of a log begins like one of these: `valid2` and `Prüflauf-3`, but not `latest`.
+/// Whether a word in the name of a log begins like one of these: `valid2` and `Prüflauf-3`, but not
+/// `latest`.
 fn is_named(file: &str, starts: &[&str]) -> bool {
     let stem = std::path::Path::new(file).file_stem();
     let stem = stem.map_or(String::new(), |s| s.to_string_lossy().to_lowercase());
@@ -26,7 +28,8 @@ fn is_named(file: &str, starts: &[&str]) -> bool {
     words.any(|word| word == "val" || starts.iter().any(|start| word.starts_with(start)))
 }
 
-/// A clearly shorter record validates, else any, the last that moves and is loaded within what the others are; a single one is split.
+/// A clearly shorter record validates, else any, the last that moves and is loaded within what the
+/// others are; a single one is split.
 pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord> {
     let record = |survey: &Survey, role, rows| DraftRecord {
         file: survey.file.clone(),
@@ -104,7 +107,8 @@ fn goes_within([least, most]: [f64; 2], [low, high]: [f64; 2]) -> bool {
     (low - least).max(most - high) <= WITHIN * (high - low)
 }
 
-/// The rows of a single record that validate. A test in which the amplitude grows would be judged where nothing was learnt, were it its end.
+/// The rows of a single record that validate. A test in which the amplitude grows would be judged
+/// where nothing was learnt, were it its end.
 fn kept_aside(only: &Survey, axes: &[DraftAxis]) -> [usize; 2] {
     let at = |step: usize| only.rows * step / STEPS;
     let long = (SPLIT * STEPS as f64) as usize;

@@ -1,4 +1,5 @@
-//! The columns that an axis can be put together from, each way of doing so, and how well it explains the force.
+//! The columns that an axis can be put together from, each way of doing so, and how well it
+//! explains the force.
 
 use super::parts::{DraftAxis, Log, Said, factor};
 use crate::study::AxisKind;
@@ -75,7 +76,8 @@ impl<'a> Parts<'a> {
             found
         };
         let mut displacement = motion("displacement", Quantity::Displacement);
-        // A name such as `x_F` may be either, and a file may hold the force twice, alone and in a matrix.
+        // A name such as `x_F` may be either, and a file may hold the force twice, alone and in a
+        // matrix.
         if let (Some(force), None) = (force.first(), said.column("displacement")) {
             displacement.retain(|c| !is_copy(&c.values, &force.values));
         }
@@ -96,7 +98,8 @@ impl<'a> Parts<'a> {
     /// Keeps the columns that all logs have.
     ///
     /// # Errors
-    /// [`crate::text::error::Kind::Data`] where none is left for the force or the displacement, or a log lacks one that the user named.
+    /// [`crate::text::error::Kind::Data`] where none is left for the force or the displacement, or
+    /// a log lacks one that the user named.
     pub(super) fn keep_common(&mut self, logs: &[Log<'_>], said: &Said) -> Result<()> {
         let first = logs[0].survey;
         let lists = [
@@ -132,7 +135,8 @@ pub(super) struct Trial<'a> {
     pub(super) likeness: Option<f64>,
     /// How closely it does, as a correlation; 0 without an accelerometer.
     pub(super) follows: f64,
-    /// Whether the force is fitted by the weight of a body that turns, sin q and cos q, in the place of a spring.
+    /// Whether the force is fitted by the weight of a body that turns, sin q and cos q, in the
+    /// place of a spring.
     pub(super) weighs: bool,
     /// Force by acceleration, velocity, and displacement or its sine and cosine.
     pub(super) fitted: Fitted,
@@ -185,7 +189,8 @@ pub(super) fn relative(
     Some(values)
 }
 
-/// Fits force by acceleration, relative velocity and displacement over all logs; where an axis turns far, by the weight of its body as well.
+/// Fits force by acceleration, relative velocity and displacement over all logs; where an axis
+/// turns far, by the weight of its body as well.
 fn trial<'a>(
     logs: &[Log<'_>],
     first: &'a SurveyedColumn,

@@ -1,4 +1,5 @@
-//! An overview of long channels: the smallest and the largest value of every bin of rows, so that no peak is lost.
+//! An overview of long channels: the smallest and the largest value of every bin of rows, so that
+//! no peak is lost.
 
 use std::ops::Range;
 
@@ -14,7 +15,8 @@ pub struct Overview {
     bin: usize,
     /// Rows that were absorbed.
     read: usize,
-    /// Per channel and bin the smallest and the largest value; the largest is below the smallest where there is none.
+    /// Per channel and bin the smallest and the largest value; the largest is below the smallest
+    /// where there is none.
     extremes: Vec<Vec<[f64; 2]>>,
 }
 
@@ -58,8 +60,8 @@ impl Overview {
         self.bin
     }
 
-    /// The extremes of a stretch of rows that begins at `start`, bin by bin, per channel; apart from `absorb` so that several
-    /// threads can do it.
+    /// The extremes of a stretch of rows that begins at `start`, bin by bin, per channel; apart
+    /// from `absorb` so that several threads can do it.
     pub fn condensed(&self, start: usize, channels: &[Vec<f64>]) -> Vec<Vec<[f64; 2]>> {
         let of_one = |values: &Vec<f64>| {
             let head = (self.bin - start % self.bin) % self.bin;

@@ -1,6 +1,7 @@
 //! Records of more rows than a study holds: stretches spread evenly over each stand for it.
 //!
-//! What a fit needs of millions of rows is in a quarter of a million of them, and memory and time then do not grow with the logs.
+//! What a fit needs of millions of rows is in a quarter of a million of them, and memory and time
+//! then do not grow with the logs.
 
 use crate::study::description::{Description, RecordEntry};
 use crate::study::log::Request;
@@ -34,7 +35,8 @@ pub(crate) struct Thinned {
 
 /// Puts stretches in the place of records where all together have more rows than a study holds.
 ///
-/// A record with a second logger, and a log whose format tells nothing before it is read whole, stay as they are.
+/// A record with a second logger, and a log whose format tells nothing before it is read whole,
+/// stay as they are.
 ///
 /// # Errors
 /// One sentence: a log cannot be read, is damaged, or has not the rows asked for.
@@ -98,7 +100,8 @@ pub(crate) fn thin(said: &mut Description, plan: &Plan, folder: &Path) -> Result
     })
 }
 
-/// The log of a request, opened once; nothing where it is short, or where its rows are not known before it was read.
+/// The log of a request, opened once; nothing where it is short, or where its rows are not known
+/// before it was read.
 fn log_of(
     request: &Request<'_>,
     plan: &Plan,
@@ -124,7 +127,8 @@ fn log_of(
     Ok(log)
 }
 
-/// The most rows of a record with which all records together have no more than `most`; short ones leave theirs to the others.
+/// The most rows of a record with which all records together have no more than `most`; short ones
+/// leave theirs to the others.
 fn share(rows: &[usize], most: usize) -> usize {
     let mut rows = rows.to_vec();
     rows.sort_unstable();

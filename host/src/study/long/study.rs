@@ -1,4 +1,5 @@
-//! A study with a log too long to be held in memory: its channels as an overview, and stretches of it as studies of their own.
+//! A study with a log too long to be held in memory: its channels as an overview, and stretches of
+//! it as studies of their own.
 
 use super::overview::Overview;
 use crate::study::channels::calibrated::Calibrated;
@@ -68,7 +69,8 @@ pub struct Channel {
 }
 
 impl LongStudy {
-    /// The study at a path, when one of its logs is too long to be read as its records ask for it; nothing where all can be read.
+    /// The study at a path, when one of its logs is too long to be read as its records ask for it;
+    /// nothing where all can be read.
     ///
     /// # Errors
     /// As [`Study::read`], of the description and of what the long logs say of themselves.

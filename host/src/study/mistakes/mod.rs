@@ -1,9 +1,10 @@
-//! The mistakes of a first study.toml: a sign, a unit, a column of another kind. Each is told with its probable cause and the line to
-//! change, before anything is fitted.
+//! The mistakes of a first study.toml: a sign, a unit, a column of another kind. Each is told with
+//! its probable cause and the line to change, before anything is fitted.
 //!
-//! The checks use identities that hold for every joint: a logged acceleration is the second derivative of its body's position, a
-//! velocity the first of the displacement, a body's mass is positive and its known value, and a passive joint takes energy out. What a
-//! joint does beyond that (friction, clearance, hysteresis, a late channel) fires none of them.
+//! The checks use identities that hold for every joint: a logged acceleration is the second
+//! derivative of its body's position, a velocity the first of the displacement, a body's mass is
+//! positive and its known value, and a passive joint takes energy out. What a joint does beyond
+//! that (friction, clearance, hysteresis, a late channel) fires none of them.
 
 mod slips;
 
@@ -13,7 +14,8 @@ use super::description::{ChannelTable, Description, Source};
 use super::{AxisKind, Channels, Convention, Study};
 use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 
-/// Limits of the checks, each set by the thirty simulated rigs and the measured studies of `tests/tests/logs/first_day.rs`.
+/// Limits of the checks, each set by the thirty simulated rigs and the measured studies of
+/// `tests/tests/logs/first_day.rs`.
 struct Limits {
     /// Correlation from which on one channel is believed to be the derivative of another.
     alike: f64,
@@ -44,7 +46,8 @@ const LIMITS: Limits = Limits {
     travel_m: 10.0,
 };
 
-/// Looks for the mistakes of a first day; one sentence each, without a full stop. A sound study gives none.
+/// Looks for the mistakes of a first day; one sentence each, without a full stop. A sound study
+/// gives none.
 pub fn check(study: &Study) -> Vec<String> {
     let text = std::fs::read_to_string(&study.path).unwrap_or_default();
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
@@ -143,7 +146,8 @@ impl Axis<'_> {
         let logged = channels.acceleration.as_ref()?;
         let rate = self.study.sample_rate_hz;
         let against = |position: &[f64]| derivative_likeness(logged, position, 2, rate);
-        // Without the body's own position, either side may be the body; with one column the convention says which way it counts.
+        // Without the body's own position, either side may be the body; with one column the
+        // convention says which way it counts.
         let tried: Vec<Likeness> = match (&channels.body_position, &channels.displacement_second) {
             (Some(body), _) => vec![against(body)],
             (None, Some(second)) => vec![

@@ -131,7 +131,8 @@ pub(super) const TURNING_SLIPS: &[Slip] = &[
     },
 ];
 
-/// What a force that is off by a factor may be in, seen mass over stated mass; the force's unit then.
+/// What a force that is off by a factor may be in, seen mass over stated mass; the force's unit
+/// then.
 pub(super) const FORCE_SLIPS: &[(f64, &str)] = &[
     (1e-3, "kN"),
     (1e3, "mN"),

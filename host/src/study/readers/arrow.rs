@@ -1,7 +1,9 @@
-//! Reader of Arrow IPC files and streams (also called Feather): each column of numbers, with the unit in its field's metadata.
+//! Reader of Arrow IPC files and streams (also called Feather): each column of numbers, with the
+//! unit in its field's metadata.
 //!
-//! A file is a stream of messages between a beginning of eight bytes and a table of contents. The messages are read in their order, so a
-//! file whose writer died is read up to its last whole batch.
+//! A file is a stream of messages between a beginning of eight bytes and a table of contents. The
+//! messages are read in their order, so a file whose writer died is read up to its last whole
+//! batch.
 
 use super::cursor::{Cursor, Told};
 use super::packed;
@@ -217,7 +219,8 @@ impl Reading {
     }
 }
 
-/// Bytes that a batch unpacks to, when each of its parts lies within its body: the library takes that for granted.
+/// Bytes that a batch unpacks to, when each of its parts lies within its body: the library takes
+/// that for granted.
 fn unpacked(batch: &RecordBatch<'_>, body: &[u8]) -> Told<u64> {
     let mut total = 0_u64;
     for buffer in batch.buffers().into_iter().flatten() {

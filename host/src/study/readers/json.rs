@@ -1,6 +1,8 @@
-//! Reader of JSON logs: a matrix row by row, rows as objects, or an object of columns; alone, under the key `data`, or under another one.
+//! Reader of JSON logs: a matrix row by row, rows as objects, or an object of columns; alone, under
+//! the key `data`, or under another one.
 //!
-//! The columns of a matrix are called 0, 1, … unless the `[[record]]` names them with `columns = […]`.
+//! The columns of a matrix are called 0, 1, … unless the `[[record]]` names them with `columns =
+//! […]`.
 
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;

@@ -1,4 +1,5 @@
-//! Logs too long to be held in memory: their columns are told at once, and any stretch of rows is read where it stands in the file.
+//! Logs too long to be held in memory: their columns are told at once, and any stretch of rows is
+//! read where it stands in the file.
 //!
 //! NumPy arrays and Parquet files say where a row is; a text is read once for that.
 

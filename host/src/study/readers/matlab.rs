@@ -1,5 +1,5 @@
-//! Reader of MATLAB files of version 5 (`save -v6`, `save -v7`): each numeric vector is a column, and so is each column of a
-//! matrix, called `name[1]`, `name[2]`, ….
+//! Reader of MATLAB files of version 5 (`save -v6`, `save -v7`): each numeric vector is a column,
+//! and so is each column of a matrix, called `name[1]`, `name[2]`, ….
 
 use super::packed;
 use crate::study::log::{Column, Request, Table};
@@ -43,7 +43,8 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
 const PACKED: u32 = 15;
 const HEADER: usize = 128;
 
-/// Refuses a file whose packed elements unpack to more than the limit, without keeping what they hold.
+/// Refuses a file whose packed elements unpack to more than the limit, without keeping what they
+/// hold.
 fn check_size(request: &Request<'_>, bytes: &[u8]) -> Result<()> {
     // The two letters that say the order of the bytes stand as they were written.
     let is_big = bytes.get(126..128) == Some(b"MI");
@@ -72,7 +73,8 @@ fn check_size(request: &Request<'_>, bytes: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// A vector's one column, or the columns of a matrix with more rows than columns; a scalar is a remark, not a log.
+/// A vector's one column, or the columns of a matrix with more rows than columns; a scalar is a
+/// remark, not a log.
 fn add_columns(request: &Request<'_>, array: &Array, columns: &mut Vec<Column>) -> Result<()> {
     let size = array.size();
     let count: usize = size.iter().product();

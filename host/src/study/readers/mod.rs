@@ -1,7 +1,7 @@
 //! Log formats: a file or a folder each, all giving a `Table`.
 //!
-//! The format is recognised by the file's first bytes, never by its name. A file that no reader takes is refused with what it
-//! seems to be.
+//! The format is recognised by the file's first bytes, never by its name. A file that no reader
+//! takes is refused with what it seems to be.
 
 mod archive;
 mod arrow;
@@ -80,7 +80,8 @@ fn read_plain(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     text::csv::read(request, bytes)
 }
 
-/// Whether bytes begin like an object or a list of JSON, and not like a table whose first name stands in brackets, as `[s];[mm]` does.
+/// Whether bytes begin like an object or a list of JSON, and not like a table whose first name
+/// stands in brackets, as `[s];[mm]` does.
 fn begins_like_json(bytes: &[u8]) -> bool {
     let mut visible = bytes.iter().filter(|b| !b.is_ascii_whitespace());
     match (visible.next(), visible.next()) {
@@ -90,7 +91,8 @@ fn begins_like_json(bytes: &[u8]) -> bool {
     }
 }
 
-/// Whether bytes that a file begins with are those of a table of text of which every line ends in one known byte.
+/// Whether bytes that a file begins with are those of a table of text of which every line ends in
+/// one known byte.
 fn is_text_table(head: &[u8]) -> bool {
     let is_blank = head.iter().all(u8::is_ascii_whitespace);
     !head.starts_with(&[0x1f, 0x8b])

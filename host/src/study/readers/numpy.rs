@@ -1,4 +1,5 @@
-//! Reader of NumPy files: `.npz` (each array a column), and `.npy` with named fields or with a matrix, whose columns are 0, 1, ….
+//! Reader of NumPy files: `.npz` (each array a column), and `.npy` with named fields or with a
+//! matrix, whose columns are 0, 1, ….
 
 use super::{archive, packed};
 use crate::study::log::{Column, Request, Table};
@@ -148,7 +149,8 @@ impl Array {
         })
     }
 
-    /// Where each row of a column begins in the data, and how far apart two rows are; and how its numbers are read.
+    /// Where each row of a column begins in the data, and how far apart two rows are; and how its
+    /// numbers are read.
     fn layout(&self, column: usize) -> (usize, usize, &Field) {
         let (part, field) = (column / self.fields.len(), column % self.fields.len());
         let field = &self.fields[field];
@@ -166,7 +168,8 @@ impl Array {
             .collect()
     }
 
-    /// Some rows of some columns, read where they stand in the file; it may have become shorter since.
+    /// Some rows of some columns, read where they stand in the file; it may have become shorter
+    /// since.
     pub(super) fn stretch(
         &self,
         file: &mut File,

@@ -1,4 +1,5 @@
-//! Reader of Parquet files: each column of numbers, group by group of rows, with the unit in its Arrow field's metadata.
+//! Reader of Parquet files: each column of numbers, group by group of rows, with the unit in its
+//! Arrow field's metadata.
 
 use super::arrow::{no_numbers, unit};
 use super::cursor::Told;
@@ -156,7 +157,8 @@ impl Groups {
         groups.map(block).collect()
     }
 
-    /// Some rows of a column, whose groups are read from the file; where it holds times, `origin` is the first.
+    /// Some rows of a column, whose groups are read from the file; where it holds times, `origin`
+    /// is the first.
     pub(super) fn stretch(
         &self,
         request: &Request<'_>,
@@ -216,7 +218,8 @@ fn broken(request: &Request<'_>, what: impl std::fmt::Display) -> Error {
     ))
 }
 
-/// Units by the columns' names: Arrow's writers keep their schema, with the fields' metadata, beside that of Parquet.
+/// Units by the columns' names: Arrow's writers keep their schema, with the fields' metadata,
+/// beside that of Parquet.
 fn units(file: &FileMetaData) -> HashMap<String, String> {
     let pairs = file.key_value_metadata().into_iter().flatten();
     let schema = pairs
@@ -346,7 +349,8 @@ fn copy<T: DataType>(
     Ok(())
 }
 
-/// A file whose pages are refused where they unpack to more than there is room for, before that is done.
+/// A file whose pages are refused where they unpack to more than there is room for, before that is
+/// done.
 struct Guarded {
     bytes: Bytes,
     /// Where in the file these bytes begin.
@@ -382,7 +386,8 @@ impl Guarded {
     }
 }
 
-/// Kind and unpacked size of a page, the first two numbers of its header (Thrift's compact protocol).
+/// Kind and unpacked size of a page, the first two numbers of its header (Thrift's compact
+/// protocol).
 fn page(mut header: &[u8]) -> Option<(i64, i64)> {
     let mut number = || {
         // A field of 32 bits, numbered one above the last.

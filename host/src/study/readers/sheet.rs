@@ -1,6 +1,8 @@
-//! Reader of Excel workbooks (`.xlsx`): the sheet with the most rows, read as the text of its cells.
+//! Reader of Excel workbooks (`.xlsx`): the sheet with the most rows, read as the text of its
+//! cells.
 //!
-//! Preface, heading, row of units and dates are then found as in a text log, and a message names the row that Excel shows.
+//! Preface, heading, row of units and dates are then found as in a text log, and a message names
+//! the row that Excel shows.
 
 use super::text::csv;
 use super::{archive, packed};
@@ -16,7 +18,8 @@ const CELL: u64 = size_of::<Data>() as u64;
 
 /// Reads the columns that the request needs.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
-    // Sizes in an archive's directory can lie: it is unpacked once up to the limit before the workbook's reader does so without one.
+    // Sizes in an archive's directory can lie: it is unpacked once up to the limit before the
+    // workbook's reader does so without one.
     let mut total = 0;
     for entry in archive::entries(request, bytes)? {
         total += entry.content(request)?.len() as u64;
@@ -59,8 +62,8 @@ fn broken(request: &Request<'_>, error: impl std::fmt::Display) -> Error {
 
 /// The filled cells of a sheet side by side; none of a page that is a chart.
 ///
-/// Refused before it is made where it is larger than the limit: two cells far apart, or one long text in many, take a few bytes of the
-/// file.
+/// Refused before it is made where it is larger than the limit: two cells far apart, or one long
+/// text in many, take a few bytes of the file.
 fn cells(request: &Request<'_>, book: &mut Xlsx<Cursor<&[u8]>>, name: &str) -> Result<Range<Data>> {
     let broken = |e| broken(request, e);
     let mut reader = match book.worksheet_cells_reader(name) {
@@ -115,7 +118,8 @@ fn text_of(range: &Range<Data>) -> String {
     text
 }
 
-/// Days since 30 December 1899 as a date and time, to the microsecond: Excel's numbers hold no more.
+/// Days since 30 December 1899 as a date and time, to the microsecond: Excel's numbers hold no
+/// more.
 fn stamp(days: f64, duration: bool) -> String {
     let microseconds = (days * 86_400e6).round() as i64;
     let (whole, part) = (
@@ -152,7 +156,8 @@ mod tests {
             crc.update(content);
             let [sum, size] = [crc.sum(), content.len() as u32].map(u32::to_le_bytes);
             let length = (name.len() as u16).to_le_bytes();
-            // Version, flags, method, time and date, checksum, sizes, length of the name and of nothing else.
+            // Version, flags, method, time and date, checksum, sizes, length of the name and of
+            // nothing else.
             let head = [
                 &[20, 0, 0, 0, 0, 0, 0, 0, 0, 0],
                 &sum[..],
@@ -187,7 +192,8 @@ mod tests {
         [bytes, directory, end.concat()].concat()
     }
 
-    /// What is read of the log of the tests with these words replaced in its files and these files besides: the format, or why not.
+    /// What is read of the log of the tests with these words replaced in its files and these files
+    /// besides: the format, or why not.
     fn read_changed(replaced: &[(&str, &str)], more: &[(&str, &str)]) -> String {
         let path = concat!(
             env!("CARGO_MANIFEST_DIR"),

@@ -1,7 +1,9 @@
-//! Reader of LabVIEW TDMS files: each channel with numbers is a column, with the unit in its property `unit_string`.
+//! Reader of LabVIEW TDMS files: each channel with numbers is a column, with the unit in its
+//! property `unit_string`.
 //!
-//! Layout after National Instruments' “TDMS File Format Internal Structure”: segments of lead-in, object descriptions and raw data. A
-//! file that was cut off is read up to the last whole chunk of its last segment, which is reported.
+//! Layout after National Instruments' “TDMS File Format Internal Structure”: segments of lead-in,
+//! object descriptions and raw data. A file that was cut off is read up to the last whole chunk of
+//! its last segment, which is reported.
 
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;

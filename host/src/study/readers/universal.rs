@@ -1,5 +1,6 @@
-//! Reader of Universal File Format, dataset 58 (function at nodal degree of freedom), ASCII and binary: each real, evenly spaced
-//! function is a column, named by its first line of identification; the column `time` is made of the abscissa.
+//! Reader of Universal File Format, dataset 58 (function at nodal degree of freedom), ASCII and
+//! binary: each real, evenly spaced function is a column, named by its first line of
+//! identification; the column `time` is made of the abscissa.
 
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::{Error, Result};

@@ -1,16 +1,19 @@
 //! How one logger's clock runs against another's, from something that both have logged.
 //!
-//! A stretch of the one series is looked for in the other by correlation, which gives the offset to a sample. From there the series is
-//! followed block by block in both directions, so that clocks may drift apart by many samples, and in each block the shift is refined by
-//! least squares (Gauss–Newton on shift, gain and zero). A straight line through the shifts is offset and drift. Its errors come from the
-//! scatter of the blocks, because what two sensors make of one motion does not differ by white noise.
+//! A stretch of the one series is looked for in the other by correlation, which gives the offset to
+//! a sample. From there the series is followed block by block in both directions, so that clocks
+//! may drift apart by many samples, and in each block the shift is refined by least squares
+//! (Gauss–Newton on shift, gain and zero). A straight line through the shifts is offset and drift.
+//! Its errors come from the scatter of the blocks, because what two sensors make of one motion does
+//! not differ by white noise.
 
 use crate::study::check::kinematics::{likeness, triangle};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// Rows of the stretch that is looked for at most: with 200 ppm of drift its ends are 1.6 samples apart.
+/// Rows of the stretch that is looked for at most: with 200 ppm of drift its ends are 1.6 samples
+/// apart.
 const LONGEST_STRETCH: usize = 8192;
 /// Stretches tried.
 const TRIED: usize = 7;
@@ -18,16 +21,17 @@ const TRIED: usize = 7;
 const ALIKE: f64 = 0.7;
 /// The same for one block beside those that are aligned already.
 const FOLLOWED: f64 = 0.5;
-/// What is left at the second best place must be so many times what is left at the best one; else the content repeats itself. Noise
-/// alone makes a few per cent of difference.
+/// What is left at the second best place must be so many times what is left at the best one; else
+/// the content repeats itself. Noise alone makes a few per cent of difference.
 const CLEARER: f64 = 1.2;
 /// Fewest and most blocks, and rows of one.
 const BLOCKS: [usize; 2] = [6, 48];
 const BLOCK_ROWS: usize = 128;
 /// How fast clocks may drift apart, samples per sample.
 const FASTEST_DRIFT: f64 = 2e-3;
-/// Rows over which both series are smoothed alike, with a triangle. Between rows an interpolation takes away some of the noise, and more in
-/// the middle between two: left in, it draws shifts there.
+/// Rows over which both series are smoothed alike, with a triangle. Between rows an interpolation
+/// takes away some of the noise, and more in the middle between two: left in, it draws shifts
+/// there.
 const SMOOTHED: usize = 4;
 /// Steps of the refinement: it converges quadratically from within a sample.
 const STEPS: usize = 6;
@@ -196,7 +200,8 @@ fn transformed(plan: &dyn RealToComplex<f64>, series: &mut [f64]) -> Vec<Complex
     spectrum
 }
 
-/// The size of every stretch of a series about its own mean; 0 where it hardly moves beside the liveliest.
+/// The size of every stretch of a series about its own mean; 0 where it hardly moves beside the
+/// liveliest.
 fn sizes(series: &[f64], rows: usize) -> Vec<f64> {
     let (mut sum, mut square) = (0.0, 0.0);
     let mut squares = Vec::with_capacity(series.len() + 1 - rows);
@@ -259,7 +264,8 @@ fn followed(first: &[f64], second: &[f64], found: &Found) -> Vec<Block> {
     blocks
 }
 
-/// One block at the place near a shift where it fits best; `None` where it fits nowhere or leaves the first series.
+/// One block at the place near a shift where it fits best; `None` where it fits nowhere or leaves
+/// the first series.
 fn aligned(
     first: &[f64],
     second: &[f64],
@@ -383,7 +389,8 @@ mod tests {
     use crate::study::time::noise::noise;
     use std::f64::consts::TAU;
 
-    /// A motion that never repeats itself: tones up to a twentieth of the rate, at frequencies of no common measure.
+    /// A motion that never repeats itself: tones up to a twentieth of the rate, at frequencies of
+    /// no common measure.
     fn motion(seed: u64) -> impl Fn(f64) -> f64 {
         let mut noise = noise(seed);
         let tones: Vec<[f64; 3]> = (0..40)

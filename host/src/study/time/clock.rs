@@ -1,4 +1,5 @@
-//! A clock beside that of a record: how it ran, and what its logger's rows are worth by the record's time.
+//! A clock beside that of a record: how it ran, and what its logger's rows are worth by the
+//! record's time.
 
 /// How a second logger's clock ran against that of the record.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -1,4 +1,5 @@
-//! Time stamps: the even grid nearest to them, what they are rounded to, and how missing samples are bridged.
+//! Time stamps: the even grid nearest to them, what they are rounded to, and how missing samples
+//! are bridged.
 
 mod alignment;
 pub(super) mod clock;
@@ -64,11 +65,13 @@ impl Grid {
         })
     }
 
-    /// Whether the rows may be taken as even: no stamp is further from the grid than half a period, or than its rounding explains.
+    /// Whether the rows may be taken as even: no stamp is further from the grid than half a period,
+    /// or than its rounding explains.
     pub(crate) fn is_even(&self, rounded_s: f64) -> bool {
         let rounded = rounded_s * self.rate_hz;
-        // Rounding moves stamps within an interval of its own length, in which the grid lies somewhere. Where each stamp should be
-        // another one, a row whose stamp is that of its neighbour is not rounded but wrong.
+        // Rounding moves stamps within an interval of its own length, in which the grid lies
+        // somewhere. Where each stamp should be another one, a row whose stamp is that of
+        // its neighbour is not rounded but wrong.
         let allowed = if rounded > 1.5 {
             rounded
         } else {
@@ -78,8 +81,8 @@ impl Grid {
     }
 }
 
-/// What the stamps are rounded to, when the steps of the last thousand are whole multiples of one. (Stamps of so many significant
-/// digits are coarsest at the end.)
+/// What the stamps are rounded to, when the steps of the last thousand are whole multiples of one.
+/// (Stamps of so many significant digits are coarsest at the end.)
 pub(crate) fn quantum(time: &[f64]) -> Option<f64> {
     let last = &time[time.len().saturating_sub(1000)..];
     let steps = || last.windows(2).map(|w| (w[1] - w[0]).abs());
@@ -115,7 +118,8 @@ pub(super) fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
     }
 }
 
-/// The roundest rate within a relative tolerance, or within 1e-7 of a whole thousandth: that is what was meant.
+/// The roundest rate within a relative tolerance, or within 1e-7 of a whole thousandth: that is
+/// what was meant.
 pub(crate) fn round_rate(rate: f64, tolerance: f64) -> f64 {
     let near = |unit: f64, tolerance: f64| {
         let round = (rate / unit).round() * unit;
@@ -181,7 +185,8 @@ impl Stamps {
     }
 }
 
-/// Fills the gaps of a series: a cubic through the two rows on each side, a straight line where there are not two.
+/// Fills the gaps of a series: a cubic through the two rows on each side, a straight line where
+/// there are not two.
 pub(crate) fn bridge(series: &[f64], gaps: &[Gap]) -> Vec<f64> {
     let missing: usize = gaps.iter().map(|g| g.missing).sum();
     let mut whole = Vec::with_capacity(series.len() + missing);

@@ -1,9 +1,11 @@
-//! Gaps and pieces: when a step between two samples is a gap, and which pieces between gaps are long enough.
+//! Gaps and pieces: when a step between two samples is a gap, and which pieces between gaps are
+//! long enough.
 
 use super::{LONGEST_GAP, median, round_rate};
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS};
 
-/// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many left as the longest low-pass has taps.
+/// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many
+/// left as the longest low-pass has taps.
 pub(crate) const SHORTEST_PIECE: usize = MAX_TAPS + 2 * MAX_BAND_TAPS - 1;
 /// Fewest rows of a record.
 pub(crate) const MIN_ROWS: usize = 100;

@@ -1,9 +1,12 @@
-//! Samples at any times brought to an even grid: the band-limited series that comes nearest to all of them.
+//! Samples at any times brought to an even grid: the band-limited series that comes nearest to all
+//! of them.
 //!
-//! A series of a given rate that holds nothing above half of it is Σ x_k·h(t/T − k), with h a windowed sinc that is 1 at 0 and 0 at
-//! the other whole numbers, so that x_k are its values on the grid. They are found by least squares over all samples, wherever these
-//! lie: two samples at almost one time are averaged, and where there are more samples than grid points, what the grid cannot hold is
-//! filtered out. Where samples are few, a small weight on the fourth difference keeps the series smooth.
+//! A series of a given rate that holds nothing above half of it is Σ x_k·h(t/T − k), with h a
+//! windowed sinc that is 1 at 0 and 0 at the other whole numbers, so that x_k are its values on the
+//! grid. They are found by least squares over all samples, wherever these lie: two samples at
+//! almost one time are averaged, and where there are more samples than grid points, what the grid
+//! cannot hold is filtered out. Where samples are few, a small weight on the fourth difference
+//! keeps the series smooth.
 
 use std::f64::consts::PI;
 
@@ -13,9 +16,9 @@ const HALF_WIDTH: usize = 10;
 const BETA: f64 = 12.0;
 /// Diagonals of the normal matrix below its main one.
 const BAND: usize = 2 * HALF_WIDTH - 1;
-/// Weight of the fourth difference at half the grid's rate, where the samples' own weight is 1; it falls with the eighth power of the
-/// frequency. With it a tone sampled at times off by up to 0.45 of a period comes back within 1e-5 at 0.1 of the rate, 4e-4 at 0.2,
-/// and 1e-2 at 0.35.
+/// Weight of the fourth difference at half the grid's rate, where the samples' own weight is 1; it
+/// falls with the eighth power of the frequency. With it a tone sampled at times off by up to 0.45
+/// of a period comes back within 1e-5 at 0.1 of the rate, 4e-4 at 0.2, and 1e-2 at 0.35.
 const SMOOTH: f64 = 1e-3;
 /// Grid points beyond either end, so that samples just beyond it count as well.
 const MARGIN: usize = 2 * HALF_WIDTH;
@@ -23,9 +26,11 @@ const MARGIN: usize = 2 * HALF_WIDTH;
 /// A row of the lower triangle: the main diagonal last.
 type Row = [f64; BAND + 1];
 
-/// The factored normal equations for samples at certain times, to be used for every channel that was sampled then.
+/// The factored normal equations for samples at certain times, to be used for every channel that
+/// was sampled then.
 pub(crate) struct Resampler {
-    /// Times of the samples in grid points from the first unknown; `None` for those too far outside to say anything.
+    /// Times of the samples in grid points from the first unknown; `None` for those too far
+    /// outside to say anything.
     places: Vec<Option<f64>>,
     /// Cholesky factor.
     root: Vec<Row>,
@@ -93,8 +98,8 @@ impl Resampler {
     }
 }
 
-/// The band-limited series through samples of an even grid, at `factor` times their rate. Beyond its ends it is taken to stay as it
-/// was there.
+/// The band-limited series through samples of an even grid, at `factor` times their rate. Beyond
+/// its ends it is taken to stay as it was there.
 pub(crate) fn finer(series: &[f64], factor: usize) -> Vec<f64> {
     let phase = |part: usize| {
         let (_, mut weights) = kernel(HALF_WIDTH as f64 + part as f64 / factor as f64);

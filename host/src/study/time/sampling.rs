@@ -1,8 +1,9 @@
 //! Which rows of a log belong together, and at which rate they were taken.
 //!
-//! Rows whose stamps are even, or off by less than half a period, are taken as they are. A few missing samples are bridged; where more
-//! are missing the log is split, so that nothing is ever differentiated or filtered across a gap. Anything else is refused, unless the
-//! study asks for an even rate ([`super::stretches`]).
+//! Rows whose stamps are even, or off by less than half a period, are taken as they are. A few
+//! missing samples are bridged; where more are missing the log is split, so that nothing is ever
+//! differentiated or filtered across a gap. Anything else is refused, unless the study asks for an
+//! even rate ([`super::stretches`]).
 
 use super::pieces::{SHORTEST_PIECE, density, said_of_gaps};
 use super::stretches::Stretches;
@@ -23,7 +24,8 @@ const JITTER_TOLD: f64 = 0.1;
 pub(crate) struct Sampling {
     pub(crate) rate_hz: f64,
     pub(crate) kind: Kind,
-    /// What was done to the time, for the user and for the model file, one sentence each without the file's name.
+    /// What was done to the time, for the user and for the model file, one sentence each without
+    /// the file's name.
     pub(crate) done: Vec<String>,
 }
 
@@ -165,7 +167,8 @@ impl Times<'_> {
         )
     }
 
-    /// Samples per second: the steps counted in units of their median. Refuses time that stands still or runs backwards.
+    /// Samples per second: the steps counted in units of their median. Refuses time that stands
+    /// still or runs backwards.
     fn rate(&self) -> Result<f64> {
         let time = self.seconds;
         for (i, pair) in time.windows(2).enumerate() {
@@ -296,7 +299,8 @@ impl Times<'_> {
         pieces
     }
 
-    /// Takes the rows between gaps as even when their stamps are rounded, jittering, here and there doubled; `None` when they are worse.
+    /// Takes the rows between gaps as even when their stamps are rounded, jittering, here and there
+    /// doubled; `None` when they are worse.
     fn by_grids(&self) -> Option<Sampling> {
         let time = self.seconds;
         let step = median(

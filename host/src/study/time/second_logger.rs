@@ -1,5 +1,5 @@
-//! A run that two loggers recorded, each by its own clock: the second one's columns are put beside the first one's, at times of the
-//! first one's clock.
+//! A run that two loggers recorded, each by its own clock: the second one's columns are put beside
+//! the first one's, at times of the first one's clock.
 
 use super::alignment::{Alignment, Unaligned};
 use super::clock::{Aligned, Clock};

@@ -121,7 +121,8 @@ impl Stretches {
     }
 }
 
-/// The number of the clock by which a channel was sampled, where `own` of them belong to the log itself.
+/// The number of the clock by which a channel was sampled, where `own` of them belong to the log
+/// itself.
 fn clock_of(channel: &Calibrated, log: &Log, own: usize) -> usize {
     match log.logger[channel.place] {
         0 => channel.clock,

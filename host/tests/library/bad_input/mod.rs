@@ -1,4 +1,5 @@
-//! Every bad study and every bad log gets one sentence that says what, which file, row and column, and what to try.
+//! Every bad study and every bad log gets one sentence that says what, which file, row and column,
+//! and what to try.
 
 mod logs;
 mod network;
@@ -62,7 +63,8 @@ fn read(study: &str, one: &str) -> Result<Study, Error> {
     Study::read(folder.path())
 }
 
-/// The sentence with which a study is refused; it must be one, of kind `Data`, and contain all `parts`.
+/// The sentence with which a study is refused; it must be one, of kind `Data`, and contain all
+/// `parts`.
 fn refused(result: Result<Study, Error>, parts: &[&str]) {
     let error = result.expect_err("this must be refused");
     println!("{error}");

@@ -48,7 +48,8 @@ fn rows_that_cannot_be_learnt_from() {
             "fewer --neurons",
         ],
     );
-    // A force that is inertia·acceleration and an offset: the joint's own force is the same everywhere.
+    // A force that is inertia·acceleration and an offset: the joint's own force is the same
+    // everywhere.
     let free: Vec<String> = log()
         .iter()
         .map(|line| match line.split(',').collect::<Vec<_>>()[..] {

@@ -1,5 +1,5 @@
-//! Outputs that would write over what a command reads, or that cannot be written: told before anything is computed, and
-//! nothing is touched.
+//! Outputs that would write over what a command reads, or that cannot be written: told before
+//! anything is computed, and nothing is touched.
 
 use super::{HEADING, STUDY, write};
 use std::collections::BTreeMap;
@@ -55,7 +55,8 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files.map(file).collect()
 }
 
-/// The command has to end so, in one sentence with all `parts`, before it has printed or touched anything.
+/// The command has to end so, in one sentence with all `parts`, before it has printed or touched
+/// anything.
 fn refused(folder: &Path, arguments: &[&str], code: i32, parts: &[&str]) {
     let before = contents(folder);
     let done = run(folder, arguments);

@@ -1,4 +1,5 @@
-//! What `identify --model physical` refuses, in one sentence with exit code 3 and nothing written, and what it warns of.
+//! What `identify --model physical` refuses, in one sentence with exit code 3 and nothing written,
+//! and what it warns of.
 
 use super::{HEADING, STUDY, write};
 use std::process::Command;
@@ -33,7 +34,8 @@ fn refused(study: &str, one: &str, parts: &[&str]) {
     }
 }
 
-/// A log of as many rows, one per millisecond, of a body that moves at two frequencies; its force from acceleration, m/s².
+/// A log of as many rows, one per millisecond, of a body that moves at two frequencies; its force
+/// from acceleration, m/s².
 fn log(rows: u32, force: impl Fn(f64) -> f64) -> String {
     let line = |row: u32| {
         let t = f64::from(row) * 1e-3;
@@ -91,7 +93,8 @@ fn records_that_determine_nothing() {
         &["too few for 14 parameters"],
     );
     let terms = with_terms(STUDY, r#"["viscous@x", "preload@x"]"#);
-    // A force that is inertia·acceleration and an offset: the joint's own force is the same everywhere.
+    // A force that is inertia·acceleration and an offset: the joint's own force is the same
+    // everywhere.
     refused(
         &terms,
         &log(4000, |a| 1.5 * a + 2.5),

@@ -1,22 +1,27 @@
-//! The adaptive notch: mains hum in the measured force, a line in its spectrum, tracked sample by sample and subtracted.
+//! The adaptive notch: mains hum in the measured force, a line in its spectrum, tracked sample by
+//! sample and subtracted.
 //!
-//! The line is looked for in what the model leaves of the measured force, so that no force that the model explains is taken for hum. A
-//! phasor (p, q) turns by the line's angle ω from sample to sample; its first part is the line, and what the force still holds beside model
-//! and line, e, corrects it:
+//! The line is looked for in what the model leaves of the measured force, so that no force that the
+//! model explains is taken for hum. A phasor (p, q) turns by the line's angle ω from sample to
+//! sample; its first part is the line, and what the force still holds beside model and line, e,
+//! corrects it:
 //!
 //! ```text
 //! e = measured − p − predicted          p' = (p + g·e)·cos ω − q·sin ω          q' = (p + g·e)·sin ω + q·cos ω
 //! ```
 //!
-//! That is the adaptive canceller with two weights and a reference in quadrature, least mean squares (B. Widrow et al., Adaptive noise
-//! cancelling: principles and applications, Proc. IEEE 63 (1975) 1692–1716, pp. 1701–1703), seen from the turning frame: sine
-//! and cosine turn the weights instead of being looked up at every sample. From the residual without the canceller to the one with it, it is
-//! a notch at ω, as wide as g is large.
+//! That is the adaptive canceller with two weights and a reference in quadrature, least mean
+//! squares (B. Widrow et al., Adaptive noise cancelling: principles and applications, Proc. IEEE 63
+//! (1975) 1692–1716, pp. 1701–1703), seen from the turning frame: sine and cosine turn the weights
+//! instead of being looked up at every sample. From the residual without the canceller to the one
+//! with it, it is a notch at ω, as wide as g is large.
 //!
-//! The gain is 2/n at first, with which the phasor is the mean over the samples so far, and ends at that of [`TIME_CONSTANT_S`]. The mains do
-//! not keep their frequency, and a notch that narrow would leave most of a line a tenth of a hertz beside it; so the angle is a little more
-//! or less than ω, by what the corrections turn the phasor in the mean: a loop of the second order (F. M. Gardner, Phaselock
-//! Techniques, 3rd ed., Wiley 2005, ch. 2). `docs/explanation/numerics.md` has what is left of a line.
+//! The gain is 2/n at first, with which the phasor is the mean over the samples so far, and ends at
+//! that of [`TIME_CONSTANT_S`]. The mains do not keep their frequency, and a notch that narrow
+//! would leave most of a line a tenth of a hertz beside it; so the angle is a little more
+//! or less than ω, by what the corrections turn the phasor in the mean: a loop of the second order
+//! (F. M. Gardner, Phaselock Techniques, 3rd ed., Wiley 2005, ch. 2).
+//! `docs/explanation/numerics.md` has what is left of a line.
 
 use crate::base::hum::Hum;
 use crate::fault::Error;
@@ -35,35 +40,42 @@ pub(crate) struct AdaptiveNotch {
     places: u8,
 }
 
-/// Seconds after which a line whose size or phase changes is followed to 1/e. The notch is 1/(π·2 s) = 0.16 Hz wide. A changed
-/// joint has to raise its alarm within as long (2 s where the model is good): were it shaken by the mains' own frequency alone, 1 − 1/e of the
-/// change would still show in the mean over that time, and under any other drive, whose lines are further than 0.16 Hz away, all of it.
+/// Seconds after which a line whose size or phase changes is followed to 1/e. The notch is 1/(π·2
+/// s) = 0.16 Hz wide. A changed joint has to raise its alarm within as long (2 s where the model is
+/// good): were it shaken by the mains' own frequency alone, 1 − 1/e of the change would still show
+/// in the mean over that time, and under any other drive, whose lines are further than 0.16 Hz
+/// away, all of it.
 const TIME_CONSTANT_S: f64 = 2.0;
-/// The gain of the first sample, in 2⁻³²: 2/16, as if sixteen samples had gone before. A mean over fewer follows whatever comes first.
+/// The gain of the first sample, in 2⁻³²: 2/16, as if sixteen samples had gone before. A mean over
+/// fewer follows whatever comes first.
 const FIRST: i32 = 1 << 29;
-/// The most that the amplitude which the host found is shifted up to; more than half of it is filled.
+/// The most that the amplitude which the host found is shifted up to; more than half of it is
+/// filled.
 const FILLED: f64 = (1 << 26) as f64;
-/// The most of either part of the phasor, in its places: four to eight times that amplitude. What is more is no longer the line
-/// that was found, and stays in the residual.
+/// The most of either part of the phasor, in its places: four to eight times that amplitude. What
+/// is more is no longer the line that was found, and stays in the residual.
 const MAX: i32 = 1 << 28;
-/// The most of the residual that a correction is made from, in the phasor's places: sixteen to 32 times that amplitude. A shock that the model
-/// has not does not turn the phasor round.
+/// The most of the residual that a correction is made from, in the phasor's places: sixteen to 32
+/// times that amplitude. A shock that the model has not does not turn the phasor round.
 const MAX_LEFT: i32 = 1 << 30;
 /// The most places below the force unit.
 const MAX_PLACES: u8 = 24;
-/// The most of the angle from sample to sample, in turns: a line closer to half the sample rate has no phase of its own.
+/// The most of the angle from sample to sample, in turns: a line closer to half the sample rate has
+/// no phase of its own.
 const MAX_TURNS: f64 = 0.49;
-/// Places that an angle's deviation has below those of the angle. Held to the sine of ω there, it is 1/128 of that at most: 0.4 Hz
-/// of 50 Hz.
+/// Places that an angle's deviation has below those of the angle. Held to the sine of ω there, it
+/// is 1/128 of that at most: 0.4 Hz of 50 Hz.
 const FINER: u32 = 7;
-/// What turns residual times phasor and the square of the gain into a deviation: κ = γ·A²/2⁵², for g = 2γ, times 2³⁸.
+/// What turns residual times phasor and the square of the gain into a deviation: κ = γ·A²/2⁵², for
+/// g = 2γ, times 2³⁸.
 const TO_DEVIATION: u32 = 15;
 
 impl AdaptiveNotch {
     /// The line of a channel whose restoring force counts `force_per_lsb`.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] for a frequency that the sample rate does not resolve, or an amplitude that is no small part of the force.
+    /// [`Error::OutOfRange`] for a frequency that the sample rate does not resolve, or an amplitude
+    /// that is no small part of the force.
     pub(super) fn new(hum: &Hum, sample_rate_hz: f64, force_per_lsb: f64) -> Result<Self, Error> {
         if hum.is_none() {
             return Ok(Self::default());
@@ -79,7 +91,8 @@ impl AdaptiveNotch {
             filled *= 2.0;
             places += 1;
         }
-        // A little short of a whole phasor, by more than either part can be off: it never grows on its own.
+        // A little short of a whole phasor, by more than either part can be off: it never grows on
+        // its own.
         let part = |q: Q| {
             let q31 = q.raw() / 2;
             (q31 - q31 / (1 << 28)) as i32
@@ -99,7 +112,8 @@ impl AdaptiveNotch {
         self.gain == 0
     }
 
-    /// The measured force without the line; the phasor goes on to the next sample, and unless it is `held` learns from this one.
+    /// The measured force without the line; the phasor goes on to the next sample, and unless it is
+    /// `held` learns from this one.
     #[inline(always)]
     pub(super) fn take_out(
         &self,
@@ -118,7 +132,8 @@ impl AdaptiveNotch {
             let gain = FIRST.saturating_sub(phasor.fallen).max(self.gain);
             // Under 2³⁰ and under 2²⁷.
             along = mul_high_add(left, gain, along);
-            // 2/n becomes 2/(n + 1): less half of its square, and a unit, so that roundings do not stop it above the last gain.
+            // 2/n becomes 2/(n + 1): less half of its square, and a unit, so that roundings do not
+            // stop it above the last gain.
             let less = (mul_high_add(gain, gain, 0) >> 1) + 1;
             phasor.fallen = FIRST.saturating_sub(gain).saturating_add(less);
             let round = mul_high_add(left, across, 0);
@@ -132,7 +147,8 @@ impl AdaptiveNotch {
         let (p, q) = (twice(along), twice(across));
         let along = mul_high_add(q, -sine, mul_high_add(p, cosine, 0));
         let across = mul_high_add(q, cosine, mul_high_add(p, sine, 0));
-        // One part after the other, which keeps the phasor's length over a turn for any small angle.
+        // One part after the other, which keeps the phasor's length over a turn for any small
+        // angle.
         let deviation = phasor.deviation >> FINER;
         phasor.along = mul_high_add(2 * across, -deviation, along);
         phasor.across = mul_high_add(2 * phasor.along, deviation, across);
@@ -140,7 +156,8 @@ impl AdaptiveNotch {
     }
 }
 
-/// The state of a notch. All zeros at first, as the rest of the state: a device has no first values of it in its flash.
+/// The state of a notch. All zeros at first, as the rest of the state: a device has no first values
+/// of it in its flash.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Phasor {
     /// Both parts, in force units times 2^places.

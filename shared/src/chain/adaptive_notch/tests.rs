@@ -121,7 +121,8 @@ fn what_the_model_leaves_beside_the_line_is_not_taken_for_it() {
         println!("{hz} Hz: {seen:.4}, at most {bound:.4} off");
         assert!((seen - 1.0).abs() < 1.1 * bound + 2e-3, "{hz}: {seen}");
     }
-    // Noise as large as five lines beside it moves the phasor by what the mean over 2 s lets through.
+    // Noise as large as five lines beside it moves the phasor by what the mean over 2 s lets
+    // through.
     let mut points = Points::new(4);
     let mut noise = || {
         (0..12)
@@ -161,7 +162,8 @@ fn it_is_held_bounded_and_comes_to_rest() {
     let line = line(rate_hz);
     let mut phasor = Phasor::NEW;
     left(&line, &mut phasor, sine(rate_hz, FOUND_HZ, FOUND, 10.0));
-    // Held, it goes on as it was: an hour later as large, and only its phase is what roundings of the angle make it.
+    // Held, it goes on as it was: an hour later as large, and only its phase is what roundings of
+    // the angle make it.
     let before = phasor;
     let mut most = 0;
     for _ in 0..3600 * 2000 {

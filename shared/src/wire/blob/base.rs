@@ -1,4 +1,5 @@
-//! The base's part of a blob: the blocks of a polynomial or the neurons of a network, in the bytes that both share.
+//! The base's part of a blob: the blocks of a polynomial or the neurons of a network, in the bytes
+//! that both share.
 
 use crate::base::Base;
 use crate::base::network::{NEURONS, NetworkModel, Neuron};
@@ -97,7 +98,8 @@ pub(super) fn write(base: &Base, bytes: &mut [u8]) {
     }
 }
 
-/// The base in `bytes`; the sums of its evaluation are checked with the model that it becomes part of.
+/// The base in `bytes`; the sums of its evaluation are checked with the model that it becomes part
+/// of.
 pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error> {
     let mut from = Reader::new(bytes);
     match header.tag {

@@ -1,4 +1,5 @@
-//! The corrections' part of a blob: five numbers per force channel behind the effects, all zero where nothing is wrong.
+//! The corrections' part of a blob: five numbers per force channel behind the effects, all zero
+//! where nothing is wrong.
 
 use crate::base::corrections::ForceCorrection;
 use crate::base::hum::Hum;
@@ -36,7 +37,8 @@ pub(super) fn write(corrections: &[ForceCorrection; 2], bytes: &mut [u8]) {
     }
 }
 
-/// The corrections in `bytes`, for a model of so many axes; what they hold is checked with the model.
+/// The corrections in `bytes`, for a model of so many axes; what they hold is checked with the
+/// model.
 pub(super) fn read(axes: u8, bytes: &[u8; LEN]) -> Result<[ForceCorrection; 2], Error> {
     let mut corrections = [ForceCorrection::NONE; 2];
     let places = bytes.chunks(CorrectionMessage::LEN).enumerate();

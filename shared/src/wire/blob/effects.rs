@@ -1,5 +1,5 @@
-//! The effects' part of a blob: eight places of 56 bytes behind the base; the origins of the states, and what effects follow beside them, behind
-//! the corrections.
+//! The effects' part of a blob: eight places of 56 bytes behind the base; the origins of the
+//! states, and what effects follow beside them, behind the corrections.
 
 use crate::base::axis::{Axis, Input, InputRange, NAME_LEN, Name};
 use crate::base::terms::{MAX_TERMS, StoredTerm, Terms};
@@ -22,7 +22,8 @@ struct EffectMessage {
     /// 1 for an effect whose force goes with the square of its input.
     squared: u8,
     reserved: u8,
-    /// Of [`Term::follows`](crate::base::terms::Term::follows), one unit of 2⁻³² less; 0 for an effect of the motion alone.
+    /// Of [`Term::follows`](crate::base::terms::Term::follows), one unit of 2⁻³² less; 0 for an
+    /// effect of the motion alone.
     follows: u32,
     parameters: [i64; MAX_PARAMETERS],
 }
@@ -79,7 +80,8 @@ pub(super) fn write_inputs(terms: &Terms, axes: &[Axis], bytes: &mut [u8]) {
     }
 }
 
-/// What effects of each axis follow, of so many axes, and its origin, in bytes that begin there in the blob; what it holds is checked with the model.
+/// What effects of each axis follow, of so many axes, and its origin, in bytes that begin there in
+/// the blob; what it holds is checked with the model.
 pub(super) fn read_inputs(
     axes: u8,
     begin: usize,

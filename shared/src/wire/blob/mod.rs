@@ -1,8 +1,9 @@
 //! The model as bytes: 4096 of them, the same layout in a file, on the wire and in a flash slot.
 //!
-//! The blob is a postcard message in which every number has a fixed width, little-endian, so each field has a fixed place;
-//! zeros follow, and a CRC-32 over all of it ends it. `docs/reference/blob.md` lists every byte. Decoding refuses
-//! whatever it cannot prove: a decoded [`Model`] evaluates without overflow for every input.
+//! The blob is a postcard message in which every number has a fixed width, little-endian, so each
+//! field has a fixed place; zeros follow, and a CRC-32 over all of it ends it.
+//! `docs/reference/blob.md` lists every byte. Decoding refuses whatever it cannot prove: a decoded
+//! [`Model`] evaluates without overflow for every input.
 
 mod base;
 mod corrections;
@@ -24,7 +25,8 @@ pub const BLOB_LEN: usize = 4096;
 pub const BLOB_VERSION: u16 = 3;
 /// The first four bytes.
 pub const BLOB_MAGIC: [u8; 4] = *b"JWMB";
-/// Bytes of header, base, effects, corrections, origins and inputs; what follows up to the checksum is zero.
+/// Bytes of header, base, effects, corrections, origins and inputs; what follows up to the checksum
+/// is zero.
 pub const MESSAGE_LEN: usize = INPUTS_OFFSET + effects::INPUTS_LEN;
 /// Where the checksum stands.
 pub const CHECKSUM_OFFSET: usize = BLOB_LEN - 4;
@@ -35,8 +37,8 @@ const INPUTS_OFFSET: usize = corrections::OFFSET + corrections::LEN + effects::O
 /// Where the first axis begins.
 const AXES_OFFSET: usize = 40;
 
-/// CRC-32 as in Ethernet and zip; the table takes 1 KiB of flash and makes a 4 KiB blob cheap enough for a boot.
-/// Telemetry's frames have the same one.
+/// CRC-32 as in Ethernet and zip; the table takes 1 KiB of flash and makes a 4 KiB blob cheap
+/// enough for a boot. Telemetry's frames have the same one.
 pub(crate) static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 laid_out! {
@@ -112,8 +114,8 @@ pub fn checksum_of(model: &Model) -> u32 {
 /// The model of a blob, checked in every respect.
 ///
 /// # Errors
-/// [`Error`] says what was seen and what was wanted: length, magic, version and checksum first, in this order, then
-/// each field, then the sums that the stored words could drive to overflow.
+/// [`Error`] says what was seen and what was wanted: length, magic, version and checksum first, in
+/// this order, then each field, then the sums that the stored words could drive to overflow.
 pub fn decode(blob: &[u8]) -> Result<Model, Error> {
     let wrong_length = Error::BlobLength {
         seen: blob.len(),

@@ -1,14 +1,15 @@
-//! Consistent overhead byte stuffing: bytes without a 0 in them, so that a 0 can end a frame wherever noise has struck.
+//! Consistent overhead byte stuffing: bytes without a 0 in them, so that a 0 can end a frame
+//! wherever noise has struck.
 //!
-//! Cheshire and Baker, "Consistent Overhead Byte Stuffing", IEEE/ACM Trans. Networking 7 (1999) 159–172. Written out here,
-//! for frames of one block, because it is a dozen lines which so have no panic path, and because decoding byte by byte
-//! needs no second buffer.
+//! Cheshire and Baker, "Consistent Overhead Byte Stuffing", IEEE/ACM Trans. Networking 7 (1999)
+//! 159–172. Written out here, for frames of one block, because it is a dozen lines which so have no
+//! panic path, and because decoding byte by byte needs no second buffer.
 
 /// The longest message that fits one block.
 pub(super) const BLOCK: usize = 254;
 
-/// Codes `plain` into `place`: one byte more than `plain`, none of them 0. `None` when it is longer than [`BLOCK`], or does
-/// not fit.
+/// Codes `plain` into `place`: one byte more than `plain`, none of them 0. `None` when it is longer
+/// than [`BLOCK`], or does not fit.
 ///
 /// Each code byte tells how far the next one is, and stands for the 0 that was there in `plain`.
 pub(super) fn encode<'a>(plain: &[u8], place: &'a mut [u8]) -> Option<&'a [u8]> {

@@ -5,7 +5,8 @@ use super::{CHECKSUM, HEAD, MAX_FRAME, MAX_PAYLOAD, Message};
 use core::marker::PhantomData;
 use serde::Serialize;
 
-/// A message's fields take more bytes than a frame may have. A test shows that this happens to none of the messages.
+/// A message's fields take more bytes than a frame may have. A test shows that this happens to none
+/// of the messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLong;
 
@@ -55,7 +56,8 @@ pub enum Damage {
     Broken,
     /// The CRC does not match.
     Checksum,
-    /// Undamaged, but with a tag or with fields that this program does not know: the other end is newer.
+    /// Undamaged, but with a tag or with fields that this program does not know: the other end is
+    /// newer.
     Unknown {
         /// Its tag.
         tag: u8,
@@ -195,7 +197,8 @@ mod tests {
         assert_eq!(one.len(), 8 * MAX_PAYLOAD);
         let mut sums = one.clone();
         sums.push(0);
-        // Sums of none, one and two bits: all different, so no two of them cancel, and with them no one to four bits.
+        // Sums of none, one and two bits: all different, so no two of them cancel, and with them no
+        // one to four bits.
         let pairs = one
             .iter()
             .enumerate()

@@ -1,13 +1,15 @@
 //! What the device and the host tell each other over the serial line, as frames that survive noise.
 //!
-//! A frame is a tag, a sequence number, the fields of one message as [postcard](https://postcard.jamesmunns.com) writes
-//! them, and a CRC-32; all of it COBS-coded, so that the byte 0 occurs in no frame and ends each one. `docs/reference/telemetry.md`
-//! lists every byte.
+//! A frame is a tag, a sequence number, the fields of one message as
+//! [postcard](https://postcard.jamesmunns.com) writes them, and a CRC-32; all of it COBS-coded, so
+//! that the byte 0 occurs in no frame and ends each one. `docs/reference/telemetry.md` lists every
+//! byte.
 //!
-//! Undetected errors. In a payload of at most [`MAX_PAYLOAD`] bytes the CRC finds every error of up to four bits and every
-//! burst of up to 32 bits (a test proves the first by trying all), and any other damage with probability 1 − 2⁻³². On a line
-//! that destroys each of a thousand frames a second, a wrong one would get through about once in fifty days, if its tag and
-//! its fields happened to make sense as well. A CRC-16 would let one through each minute.
+//! Undetected errors. In a payload of at most [`MAX_PAYLOAD`] bytes the CRC finds every error of up
+//! to four bits and every burst of up to 32 bits (a test proves the first by trying all), and any
+//! other damage with probability 1 − 2⁻³². On a line that destroys each of a thousand frames a
+//! second, a wrong one would get through about once in fifty days, if its tag and its fields
+//! happened to make sense as well. A CRC-16 would let one through each minute.
 
 mod cobs;
 mod frame;
@@ -32,19 +34,21 @@ pub use verdict::{KeptAlarm, Verdict};
 use heapless::String;
 use serde::{Deserialize, Serialize};
 
-/// The version of this protocol, which a [`Hello`] carries. It changes when a frame changes its meaning or its bytes; a
-/// message that is merely added keeps it, because an old receiver counts a tag that it does not know and goes on.
+/// The version of this protocol, which a [`Hello`] carries. It changes when a frame changes its
+/// meaning or its bytes; a message that is merely added keeps it, because an old receiver counts a
+/// tag that it does not know and goes on.
 pub const PROTOCOL_VERSION: u16 = 3;
 
-/// Bits per second on the serial line: 8 data bits, no parity, one stop bit. A divider of the microcontroller's 42 MHz gives it
-/// exactly.
+/// Bits per second on the serial line: 8 data bits, no parity, one stop bit. A divider of the
+/// microcontroller's 42 MHz gives it exactly.
 pub const BAUD: u32 = 1_000_000;
 /// Status reports per second.
 pub const STATUS_HZ: u32 = 10;
-/// Bytes of tag, sequence number, fields and CRC that a frame may have, before COBS. It keeps every frame within one COBS
-/// block, which is at most 254 bytes long.
+/// Bytes of tag, sequence number, fields and CRC that a frame may have, before COBS. It keeps every
+/// frame within one COBS block, which is at most 254 bytes long.
 pub const MAX_PAYLOAD: usize = 250;
-/// Bytes of a frame on the line: a 0 that cuts off what noise left behind, COBS's one byte, the payload, the closing 0.
+/// Bytes of a frame on the line: a 0 that cuts off what noise left behind, COBS's one byte, the
+/// payload, the closing 0.
 pub const MAX_FRAME: usize = MAX_PAYLOAD + 3;
 /// Bytes of a payload before its fields: tag and sequence number.
 const HEAD: usize = 3;
@@ -56,7 +60,8 @@ pub type Text = String<16>;
 
 /// A set of messages that go one way over the line, each with a tag of its own.
 ///
-/// Tags of the two directions differ in their highest bit, so that a line that echoes is not taken for an answer.
+/// Tags of the two directions differ in their highest bit, so that a line that echoes is not taken
+/// for an answer.
 pub trait Message: Sized {
     /// The byte that says which message it is; never used for another one.
     fn tag(&self) -> u8;
@@ -64,8 +69,8 @@ pub trait Message: Sized {
     /// Writes the fields into `place` and gives the written bytes; `None` when they do not fit.
     fn write<'a>(&self, place: &'a mut [u8]) -> Option<&'a [u8]>;
 
-    /// The message with this tag and these fields; `None` for an unknown tag, for fields that make no sense, and for bytes
-    /// left over.
+    /// The message with this tag and these fields; `None` for an unknown tag, for fields that make
+    /// no sense, and for bytes left over.
     fn read(tag: u8, fields: &[u8]) -> Option<Self>;
 }
 

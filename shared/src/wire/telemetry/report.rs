@@ -1,4 +1,5 @@
-//! What the device says of itself and of the joint: who it is, how it is, its samples, what happened.
+//! What the device says of itself and of the joint: who it is, how it is, its samples, what
+//! happened.
 
 use super::Text;
 use super::upload::{ModelFault, Slot};
@@ -57,7 +58,8 @@ pub enum Occasion {
     Restart,
     /// The host asked for it.
     Asked,
-    /// Its model or its rig block has changed. Today's firmware restarts then, and never sends this.
+    /// Its model or its rig block has changed. Today's firmware restarts then, and never sends
+    /// this.
     Changed,
 }
 
@@ -167,7 +169,8 @@ pub struct Status {
     pub outside_permille: u16,
     /// What the monitor knows of each axis; empty without a model.
     pub axes: Vec<AxisStatus, 2>,
-    /// The channels of axis 0 (displacement far, displacement near, body, acceleration, force, input), then those of axis 1.
+    /// The channels of axis 0 (displacement far, displacement near, body, acceleration, force,
+    /// input), then those of axis 1.
     pub channels: Vec<SensorStatus, MAX_CHANNELS>,
     /// What went wrong since the restart or the last reset.
     pub counters: Counters,
@@ -175,7 +178,8 @@ pub struct Status {
     pub development_key: bool,
 }
 
-/// An alarm that nobody has acknowledged: told with every status, whatever the verdict has become meanwhile.
+/// An alarm that nobody has acknowledged: told with every status, whatever the verdict has become
+/// meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Alarm {
     /// The sample, counted since the restart, at which it was raised.
@@ -198,14 +202,16 @@ pub struct Upkeep {
 /// What the device knows of its supply.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Supply {
-    /// Below this voltage in mV the chip holds itself in reset, as its option bytes set it; `None` where the board cannot tell.
+    /// Below this voltage in mV the chip holds itself in reset, as its option bytes set it; `None`
+    /// where the board cannot tell.
     pub reset_below_mv: Option<u16>,
     /// The voltage is too low for the flash to be written: nothing is, meanwhile.
     pub is_low: bool,
 }
 
-/// The sliding error of one axis: an NMSE, 100·Σ(r−r̂)²/(N·var r) in percent, here in 1/1000 %, from
-/// [`MonitorState::nmse`](crate::monitor::MonitorState::nmse); `None` while the force has not varied.
+/// The sliding error of one axis: an NMSE, 100·Σ(r−r̂)²/(N·var r) in percent, here in 1/1000 %,
+/// from [`MonitorState::nmse`](crate::monitor::MonitorState::nmse); `None` while the force has not
+/// varied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct AxisStatus {
     /// Over the last 16 blocks or so.
@@ -230,7 +236,8 @@ pub struct Health {
 pub struct AxisHealth {
     /// What the monitor says of this axis.
     pub verdict: Verdict,
-    /// The part of the last [`RECENT`](crate::monitor::RECENT) blocks of the monitor that was judged, in 1/1000.
+    /// The part of the last [`RECENT`](crate::monitor::RECENT) blocks of the monitor that was
+    /// judged, in 1/1000.
     pub judged_permille: u16,
     /// Samples since the last judged block ended, or since the start; stays at its largest value.
     pub unjudged_samples: u32,
@@ -251,13 +258,15 @@ impl From<monitor::AxisHealth> for AxisHealth {
 pub struct SensorStatus {
     /// What is wrong with it, as the code of a cause; 0 when nothing is.
     pub fault: u8,
-    /// Transfers that failed, of the chip that the channel belongs to, or of both accelerometers of a pair.
+    /// Transfers that failed, of the chip that the channel belongs to, or of both accelerometers
+    /// of a pair.
     pub bus_errors: u32,
     /// Readings whose checksum was wrong, of the same.
     pub crc_errors: u32,
 }
 
-/// What the device could not do, counted since the restart or the last reset; each stays at its largest value.
+/// What the device could not do, counted since the restart or the last reset; each stays at its
+/// largest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
     /// Instants at which no sample was taken.
@@ -285,7 +294,8 @@ pub struct Snapshot {
     pub first: i32,
     /// Samples from one residual to the next.
     pub every: u16,
-    /// Residual of both axes, in units of each axis's [`force_per_lsb`](AxisIdentity::force_per_lsb); the second is 0 for one axis.
+    /// Residual of both axes, in units of each axis's
+    /// [`force_per_lsb`](AxisIdentity::force_per_lsb); the second is 0 for one axis.
     pub residual: Vec<[i32; 2], SNAPSHOT_PIECE>,
 }
 
@@ -305,14 +315,16 @@ pub struct CapturePiece {
     pub bytes: Vec<u8, CAPTURE_PIECE>,
 }
 
-/// One sample. Counts belong to this instant; the output belongs to the one [`RigIdentity::delay`] samples ago.
+/// One sample. Counts belong to this instant; the output belongs to the one [`RigIdentity::delay`]
+/// samples ago.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sample {
     /// Its number since the restart, from 0.
     pub sample: u64,
     /// For each axis: displacement far and near, body, acceleration, force, input, in counts.
     pub counts: Vec<[i32; CHANNELS], 2>,
-    /// What the chain says; `None` without a model and a rig block, and until the filters are full.
+    /// What the chain says; `None` without a model and a rig block, and until the filters are
+    /// full.
     pub output: Option<SampleOutput>,
 }
 
@@ -331,14 +343,15 @@ impl Sample {
     }
 }
 
-/// What the chain says of one instant; forces in units of each axis's [`force_per_lsb`](AxisIdentity::force_per_lsb), the second 0
-/// for one axis.
+/// What the chain says of one instant; forces in units of each axis's
+/// [`force_per_lsb`](AxisIdentity::force_per_lsb), the second 0 for one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleOutput {
-    /// Bit i is set when state i of [x, ẋ, φ, φ̇] was outside the training range, bit 4 + a when the input of axis a was.
+    /// Bit i is set when state i of [x, ẋ, φ, φ̇] was outside the training range, bit 4 + a when
+    /// the input of axis a was.
     pub outside: u8,
-    /// Bit a is set when a force of axis a ran into a rail of its 32 bits; bit 2 while a fault of a sensor is within the filters, so that
-    /// mains hum is not tracked.
+    /// Bit a is set when a force of axis a ran into a rail of its 32 bits; bit 2 while a fault of
+    /// a sensor is within the filters, so that mains hum is not tracked.
     pub saturated: u8,
     /// Restoring force from the equation of motion.
     pub measured: [i32; 2],
@@ -346,7 +359,8 @@ pub struct SampleOutput {
     pub predicted: [i32; 2],
     /// Measured minus predicted, saturated.
     pub residual: [i32; 2],
-    /// The residual in the common band, which belongs to the instant [`RigIdentity::band_delay`] samples ago.
+    /// The residual in the common band, which belongs to the instant [`RigIdentity::band_delay`]
+    /// samples ago.
     pub residual_band: Option<[i32; 2]>,
 }
 
@@ -372,7 +386,8 @@ pub enum Event {
         /// Why it had to.
         why: Restart,
     },
-    /// The crystal does not swing: the clock, and with it the sample rate, is only as good as the internal oscillator.
+    /// The crystal does not swing: the clock, and with it the sample rate, is only as good as the
+    /// internal oscillator.
     NoCrystal,
     /// No slot holds a usable model: only sensors are reported.
     NoModel,

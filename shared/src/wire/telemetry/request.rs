@@ -24,11 +24,13 @@ pub enum Request {
     },
     /// Begin the monitor's statistics and the counters anew. Answered by [`Answer`](super::Answer).
     ResetStatistics,
-    /// Send the snapshot of the last alarm again. Answered by [`Answer`](super::Answer), then by snapshots.
+    /// Send the snapshot of the last alarm again. Answered by [`Answer`](super::Answer), then by
+    /// snapshots.
     Snapshot,
     /// A step of an upload. Answered by [`UploadReply`](super::UploadReply).
     Upload(UploadRequest),
-    /// Something that the device does only when its owner signs for it. Answered by [`Answer`](super::Answer).
+    /// Something that the device does only when its owner signs for it. Answered by
+    /// [`Answer`](super::Answer).
     Order {
         /// What it is.
         order: Order,
@@ -37,8 +39,9 @@ pub enum Request {
         /// The signature of [`signed_order`](crate::wire::slot::signed_order).
         signature: Signature,
     },
-    /// Send a piece of the counts around the alarm. Answered by [`CapturePiece`](super::CapturePiece), or by
-    /// [`Answer`](super::Answer) when there is none.
+    /// Send a piece of the counts around the alarm. Answered by
+    /// [`CapturePiece`](super::CapturePiece), or by [`Answer`](super::Answer) when there is
+    /// none.
     Capture {
         /// Which one, from 0.
         piece: u16,

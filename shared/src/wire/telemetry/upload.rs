@@ -1,7 +1,9 @@
-//! How a model or a rig block gets onto the device: the host's requests, piece by piece, and the device's replies.
+//! How a model or a rig block gets onto the device: the host's requests, piece by piece, and the
+//! device's replies.
 //!
-//! The host begins, sends chunks in order, and finishes. Each request is answered; a chunk or its answer that got lost on
-//! the line is simply sent again, because a chunk that the device already has is answered and otherwise ignored.
+//! The host begins, sends chunks in order, and finishes. Each request is answered; a chunk or its
+//! answer that got lost on the line is simply sent again, because a chunk that the device already
+//! has is answered and otherwise ignored.
 
 use crate::fault::Error;
 use crate::wire::bytes::Bytes;
@@ -48,7 +50,8 @@ pub enum UploadRequest {
     Begin {
         /// What is signed: length, release, class of devices, digest.
         header: Header,
-        /// The signature of the header; a device refuses one without it unless it was built otherwise.
+        /// The signature of the header; a device refuses one without it unless it was built
+        /// otherwise.
         signature: Option<Signature>,
     },
     /// The next bytes of the content.
@@ -82,7 +85,8 @@ pub enum UploadReply {
     },
     /// Given up as asked.
     Aborted,
-    /// Refused. The upload is over, except after [`Refusal::WrongOffset`] and [`Refusal::EmptyChunk`].
+    /// Refused. The upload is over, except after [`Refusal::WrongOffset`] and
+    /// [`Refusal::EmptyChunk`].
     Refused(Refusal),
 }
 
@@ -124,23 +128,27 @@ pub enum Refusal {
     Unsigned,
     /// The signature is not one of a key that the firmware trusts.
     Signature,
-    /// No key is built into the firmware, so that nothing can be verified. Today's firmware always has one, and never sends this.
+    /// No key is built into the firmware, so that nothing can be verified. Today's firmware always
+    /// has one, and never sends this.
     NoKey,
     /// The bytes are no model that the device can use.
     Model(ModelFault),
     /// The bytes are no rig block that the device can use.
     Rig(ModelFault),
-    /// The model and the rig block do not fit each other: axes, sample rate, or a quantity outside the integers.
+    /// The model and the rig block do not fit each other: axes, sample rate, or a quantity outside
+    /// the integers.
     Mismatch,
     /// The flash could not be erased or written.
     Flash,
-    /// The flash has been erased as often as it may be in its life, or the journal that counts it is full.
+    /// The flash has been erased as often as it may be in its life, or the journal that counts it
+    /// is full.
     Worn,
     /// The flash has been erased as often as it may be in an hour.
     TooOften,
     /// It is signed for another class of devices.
     Class,
-    /// Its release is not newer than that of a model that has proven itself here, or was taken back.
+    /// Its release is not newer than that of a model that has proven itself here, or was taken
+    /// back.
     NotNewer {
         /// The newest of those.
         newest: u32,
@@ -197,7 +205,8 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// What is wrong with a model or a rig block, without the numbers: the host finds those out from its own copy.
+/// What is wrong with a model or a rig block, without the numbers: the host finds those out from
+/// its own copy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ModelFault {

@@ -3,8 +3,8 @@
 use crate::monitor::{self, Cause, State};
 use serde::{Deserialize, Serialize};
 
-/// What the monitor says, in the codes that `docs/reference/telemetry.md` lists: codes, and not enums, so that a receiver that does
-/// not know a newer one still reads the rest.
+/// What the monitor says, in the codes that `docs/reference/telemetry.md` lists: codes, and not
+/// enums, so that a receiver that does not know a newer one still reads the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The state's code.
@@ -13,9 +13,11 @@ pub struct Verdict {
     pub cause: u8,
     /// The axis that it is about, from 0.
     pub axis: u8,
-    /// The channel of that axis, from 0, when a sensor is meant; of a change of the joint how it came ([`Onset`](monitor::Onset)).
+    /// The channel of that axis, from 0, when a sensor is meant; of a change of the joint how it
+    /// came ([`Onset`](monitor::Onset)).
     pub channel: u8,
-    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for everything else.
+    /// How far it is, in 1/1000: of the threshold for a change of the joint, of the time for
+    /// everything else.
     pub permille: u16,
 }
 
@@ -44,7 +46,8 @@ impl Verdict {
     }
 }
 
-/// An alarm of an earlier run that nobody has acknowledged: kept in flash, so that a restart does not take it back.
+/// An alarm of an earlier run that nobody has acknowledged: kept in flash, so that a restart does
+/// not take it back.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeptAlarm {
     /// The sample, counted since the restart that began that run, at which it was raised.

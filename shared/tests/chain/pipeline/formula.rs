@@ -15,7 +15,8 @@ fn wrong_channels() -> Rig {
     rig
 }
 
-/// A force channel read as much later as it is late: the parabola's neighbour of third degree, by Neville's scheme.
+/// A force channel read as much later as it is late: the parabola's neighbour of third degree, by
+/// Neville's scheme.
 fn force_between(samples: &[RawSample], n: usize, axis: usize, rig: &Rig) -> f64 {
     let a = &rig.axes[axis];
     let place = n as f64 + a.force_delay_samples;
@@ -94,7 +95,8 @@ fn the_chain_is_its_formula_to_a_few_units() {
         rig(4e-5, 0.0, [0.0; 2], true),
         rig(4e-5, 2e-6, [350.0, 1.2], false),
         rig(0.0, 2e-6, [0.0, 0.7], true),
-        // Without a body encoder the relative displacement stands in for the body, as on a joint held to ground.
+        // Without a body encoder the relative displacement stands in for the body, as on a joint
+        // held to ground.
         rig(0.0, 0.0, [350.0, 1.2], false),
         wrong_channels(),
     ];
@@ -136,8 +138,8 @@ fn the_chain_is_its_formula_to_a_few_units() {
                 "states are off by {:e} of the training range",
                 largest[0]
             );
-            // Multipliers are right to 2⁻²⁹ of a force near full scale, and a derivative that enters the force is
-            // rounded to 16..32 units.
+            // Multipliers are right to 2⁻²⁹ of a force near full scale, and a derivative that
+            // enters the force is rounded to 16..32 units.
             // A channel read between its samples is rounded to a count.
             let half_a_count = |axis: usize| {
                 let [own, other] = [axis, 1 - axis].map(|axis| &rig.axes[axis]);

@@ -1,4 +1,5 @@
-//! Channels that are late: by whole samples they give the same bits, by part of one they are put in time.
+//! Channels that are late: by whole samples they give the same bits, by part of one they are put in
+//! time.
 
 use super::{late_motion, model, motion, rig, run};
 use jointwatch_shared::chain::{Chain, Output};
@@ -43,7 +44,8 @@ fn a_channel_late_by_whole_samples_gives_the_bits_of_one_in_time() {
                 let mut rig = rig.clone();
                 rig.axes.iter_mut().for_each(|axis| axis.delays = delays);
                 let Ok(chain) = Chain::new(&model, &rig) else {
-                    // Three samples late, and the filters wait for two: only a late counter makes them wait longer.
+                    // Three samples late, and the filters wait for two: only a late counter makes
+                    // them wait longer.
                     panic!("{delays:?} was refused");
                 };
                 let seen = run(&chain, &model, &late_motion(600, offset, delays));

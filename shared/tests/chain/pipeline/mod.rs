@@ -1,4 +1,5 @@
-//! The on-board chain against the same chain written down in `f64`, and against inputs no sensor should give.
+//! The on-board chain against the same chain written down in `f64`, and against inputs no sensor
+//! should give.
 
 mod formula;
 mod late;

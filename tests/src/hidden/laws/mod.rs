@@ -1,7 +1,9 @@
-//! The force laws that can be hidden in the joint, written from the literature in other parameters than the library's.
+//! The force laws that can be hidden in the joint, written from the literature in other parameters
+//! than the library's.
 //!
-//! Every law gives a force of `strength` times a shape, and moves its memory by differential equations that are
-//! integrated together with the bodies. Positive force pulls body 2 towards body 3 as a spring does when x > 0.
+//! Every law gives a force of `strength` times a shape, and moves its memory by differential
+//! equations that are integrated together with the bodies. Positive force pulls body 2 towards body
+//! 3 as a spring does when x > 0.
 
 use crate::hidden::form::Form;
 use crate::hidden::rig::JointState;
@@ -52,13 +54,15 @@ pub(in crate::hidden) fn dead_zone(x: f64, gap: f64) -> f64 {
     (x.abs() - gap).max(0.0).copysign(x)
 }
 
-/// Between what the slide of a flag-shaped loop is held, beyond the gap where it slides and where it opens again.
+/// Between what the slide of a flag-shaped loop is held, beyond the gap where it slides and where
+/// it opens again.
 fn flag_bounds(x: f64, gap: f64, opening: f64) -> [f64; 2] {
     let [inner, outer] = [gap, opening].map(|at| dead_zone(x, at));
     [inner.min(outer), inner.max(outer)]
 }
 
-/// What gas in a cylinder of this length is pressed up by, at x = 0 nothing; it is not pressed beyond a quarter.
+/// What gas in a cylinder of this length is pressed up by, at x = 0 nothing; it is not pressed
+/// beyond a quarter.
 fn pressed(x: f64, length: f64, index: f64) -> f64 {
     (1.0 - x / length).max(0.25).powf(-index) - 1.0
 }
@@ -329,7 +333,8 @@ impl Law {
         rates
     }
 
-    /// The fastest rate that the law brings into the equations of motion, 1/s: explicit steps must be shorter than its inverse.
+    /// The fastest rate that the law brings into the equations of motion, 1/s: explicit steps must
+    /// be shorter than its inverse.
     pub fn fastest_rate(&self, moving_inertia: f64, top_speed: f64) -> f64 {
         let s = self.strength.abs();
         let spring = |stiffness: f64| (stiffness / moving_inertia).sqrt();

@@ -3,7 +3,8 @@
 use super::*;
 use std::f64::consts::PI;
 
-/// Force at every step of the last of ten cycles of x = sin t, memory integrated by the midpoint rule.
+/// Force at every step of the last of ten cycles of x = sin t, memory integrated by the midpoint
+/// rule.
 fn last_cycle(form: Form) -> Vec<([f64; 2], f64)> {
     const STEPS: usize = 20_000;
     let law = Law {
@@ -55,7 +56,8 @@ fn a_cycle_takes_the_energy_that_the_textbook_says() {
     let lossy = 3.0 * PI * relaxation_s / (1.0 + relaxation_s * relaxation_s);
     near(area(Form::SpringDamper { relaxation_s }), lossy, 1e-3);
     near(area(Form::SqueezeFilm), 0.75 * PI, 1e-6);
-    // One way as above, the other way twice. A gap shortens the slider's way as its spring does: 4·F·(X − gap − slip).
+    // One way as above, the other way twice. A gap shortens the slider's way as its spring does:
+    // 4·F·(X − gap − slip).
     near(
         area(Form::SidedDry {
             edge: 1e-3,
@@ -81,7 +83,8 @@ fn a_cycle_takes_the_energy_that_the_textbook_says() {
     near(area(power(2.0)), 8.0, 1e-4);
     // Two triangles either side of zero: 2·F·X².
     near(area(Form::RingSpring { edge: 1e-3 }), 6.0, 2e-3);
-    // A spring behind a lost motion turns the other way: −4·k·d·(X − d). A flag on either side: k·(gap − opening)·(X − gap).
+    // A spring behind a lost motion turns the other way: −4·k·d·(X − d). A flag on either side:
+    // k·(gap − opening)·(X − gap).
     near(
         area(Form::LostMotion { half: 0.2 }),
         -12.0 * 0.2 * 0.8,
@@ -117,7 +120,8 @@ fn hysteresis_saturates_and_wens_law_with_exponent_one_is_dahls() {
         let peak = cycle.iter().fold(0.0f64, |most, (_, f)| most.max(f.abs()));
         near(peak, 3.0, 1e-2);
     }
-    // Without what they add, the laws by speed and by place are Wen's, and a buffer of power 1 is a play.
+    // Without what they add, the laws by speed and by place are Wen's, and a buffer of power 1 is a
+    // play.
     let (saturation, roundness, exponent) = (0.05, 0.6, 2.0);
     let same = |one: Form, other: Form| {
         for ((_, a), (_, b)) in last_cycle(one).iter().zip(last_cycle(other)) {

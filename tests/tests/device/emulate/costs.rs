@@ -8,8 +8,9 @@ use jointwatch::emulate::size;
 use jointwatch_shared::monitor::State;
 use jointwatch_shared::wire::telemetry::{Counters, Event};
 
-/// What the estimate of the highest sample rate in `docs/explanation/firmware.md` rests on: a full board's time on the bus, from the data sheets' clocks;
-/// the processor's clock; and cycles per instruction, which no emulator counts.
+/// What the estimate of the highest sample rate in `docs/explanation/firmware.md` rests on: a full
+/// board's time on the bus, from the data sheets' clocks; the processor's clock; and cycles per
+/// instruction, which no emulator counts.
 const BUS_S: f64 = 120e-6;
 const CLOCK_HZ: f64 = 168e6;
 const CYCLES_PER_INSTRUCTION: f64 = 1.5;

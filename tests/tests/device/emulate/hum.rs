@@ -1,4 +1,5 @@
-//! A line of the mains in a force channel: the device follows it with the host's bits, and holds still as long as a sensor lies.
+//! A line of the mains in a force channel: the device follows it with the host's bits, and holds
+//! still as long as a sensor lies.
 
 use super::subject::{RATE_HZ, image, same_bits, subject, validation};
 use jointwatch::emulate::bench::{REST, Run, Scenario};
@@ -12,7 +13,8 @@ use jointwatch_tests::monitor::watched::add_line;
 
 const HUM_HZ: f64 = 50.0;
 
-/// The study of the others with hum of a twentieth of the largest force in every record, and their physical model that knows of it.
+/// The study of the others with hum of a twentieth of the largest force in every record, and their
+/// physical model that knows of it.
 fn humming() -> (Study, Model) {
     let mut study = subject().simulation.study.clone();
     let largest = |record: &Record| {
@@ -55,8 +57,9 @@ fn a_line_is_followed_with_the_hosts_bits() {
     let c = &run.comparison;
     assert_eq!(c.samples, REST + validation().rows as u64, "{c:?}");
     assert_eq!(c.wrong_counts, 0, "{:?}", run.wrong);
-    // The device has followed a line since it began, and `replay` of the record alone only since the record did: the same bits are those
-    // of the host's chain over all that the device has sampled.
+    // The device has followed a line since it began, and `replay` of the record alone only since
+    // the record did: the same bits are those of the host's chain over all that the device has
+    // sampled.
     println!("{c:?}\n{:?}\n{:?}", run.events, run.instructions);
     assert!(!damage(&run), "{:?}", run.events);
 }

@@ -1,5 +1,5 @@
-//! The firmware itself under QEMU on emulated sensor chips: the host's bits on a healthy run, and a device that goes on, says what
-//! is wrong and recovers when something fails.
+//! The firmware itself under QEMU on emulated sensor chips: the host's bits on a healthy run, and a
+//! device that goes on, says what is wrong and recovers when something fails.
 //!
 //! A missing QEMU fails these tests; nothing is skipped.
 

@@ -6,7 +6,8 @@ use jointwatch::emulate::board::{BoardChip, DropOuts, Injection, Trouble};
 use jointwatch_firmware::sensor::presence::BACK_WITHIN;
 use jointwatch_shared::monitor::{Cause, State};
 
-/// Samples after the end of a fault in which every count is right again, unless its chip was given up meanwhile.
+/// Samples after the end of a fault in which every count is right again, unless its chip was given
+/// up meanwhile.
 const RECOVERY: u64 = 64;
 
 /// The same with a chip that was given up.
@@ -106,7 +107,8 @@ fn every_trouble_of_a_chip_is_said_and_passes_and_stops_nothing() {
             "{place:?} {trouble:?}: {seen:?}"
         );
         assert_eq!(run.comparison.samples, run.instants);
-        // What is over is over, but for a count that the chip itself lost: of that no conclusion is drawn about the joint.
+        // What is over is over, but for a count that the chip itself lost: of that no conclusion is
+        // drawn about the joint.
         let lost = matches!((place, trouble), (BoardChip::Counter(_), Trouble::PowerCut));
         let allowed = if lost { Cause::ReferenceLost.tag() } else { 0 };
         let last = run.statuses.last().unwrap();

@@ -1,4 +1,5 @@
-//! The device that runs on and on: a loop that no monitor takes for a change, and the demo that needs no board, end to end.
+//! The device that runs on and on: a loop that no monitor takes for a change, and the demo that
+//! needs no board, end to end.
 
 use super::subject::{RATE_HZ, subject, validation};
 use jointwatch::emulate::device::EmulatedDevice;
@@ -13,7 +14,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::process::{Child, ChildStdin, Command, Stdio};
 
-/// Every verdict of each axis over so many seconds of the loop, from power-on, with these changes of the joint from 15 s on.
+/// Every verdict of each axis over so many seconds of the loop, from power-on, with these changes
+/// of the joint from 15 s on.
 fn over_the_loop(model: &Model, changes: &[&str], seconds: f64) -> Vec<(f64, [Verdict; 2])> {
     let study = &subject().simulation.study;
     let device = EmulatedDevice::new(study, model, None).unwrap_or_else(|why| panic!("{why}"));

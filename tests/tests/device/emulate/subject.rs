@@ -1,4 +1,5 @@
-//! The device that is emulated: a simulated rig, its models, and runs of the firmware over its validation record.
+//! The device that is emulated: a simulated rig, its models, and runs of the firmware over its
+//! validation record.
 
 use jointwatch::device::export::export;
 use jointwatch::emulate::bench::{Run, Scenario};

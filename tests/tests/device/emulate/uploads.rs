@@ -163,7 +163,8 @@ fn a_slot_that_holds_no_usable_model_leaves_raw_counts_and_a_named_reason() {
     }
 }
 
-/// A host that checks nothing before it sends: announces `digest`, well signed, and sends the bytes.
+/// A host that checks nothing before it sends: announces `digest`, well signed, and sends the
+/// bytes.
 fn forged(content: Vec<u8>, digest: [u8; 32]) -> Talk {
     Box::new(move |wire| {
         let header = Header {

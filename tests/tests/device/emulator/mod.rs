@@ -1,4 +1,5 @@
-//! The firmware under QEMU: the host's bits, a steady count of instructions, and the truth about what lies in its slot.
+//! The firmware under QEMU: the host's bits, a steady count of instructions, and the truth about
+//! what lies in its slot.
 //!
 //! A missing QEMU fails these tests; nothing is skipped.
 
@@ -20,7 +21,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use tempfile::NamedTempFile;
 
-/// The most instructions that one evaluation of the full polynomial, both outputs, may take on a Cortex-M4F.
+/// The most instructions that one evaluation of the full polynomial, both outputs, may take on a
+/// Cortex-M4F.
 const MAX_OF_POLYNOMIAL: u32 = 1000;
 /// The same of a network with four inputs, 40 neurons and two outputs.
 const MAX_OF_NETWORK: u32 = 1300;
@@ -105,7 +107,8 @@ fn cortex_m0_computes_the_same_bits() {
 
 #[test]
 fn instructions_are_few_and_do_not_depend_on_the_input() {
-    // As many multiplications as there are numbers in the model; fewer would mean that something else was counted.
+    // As many multiplications as there are numbers in the model; fewer would mean that something
+    // else was counted.
     let of_polynomial = 512..=MAX_OF_POLYNOMIAL;
     let of_network = 40 * 6..=MAX_OF_NETWORK;
     for (slot, of_slot) in [
@@ -135,7 +138,8 @@ fn instructions_are_few_and_do_not_depend_on_the_input() {
 
 #[test]
 fn effects_add_few_instructions() {
-    // What `docs/explanation/numerics.md` states; a law's branches make the count depend on the input.
+    // What `docs/explanation/numerics.md` states; a law's branches make the count depend on the
+    // input.
     for (what, slot, most) in [
         ("physical, 1 axis", physical(1), MAX_OF_EFFECTS),
         ("physical, 2 axes", physical(2), MAX_OF_EFFECTS),
@@ -244,7 +248,8 @@ fn faults_and_panics_end_the_self_test_as_failures() {
     let image = Image::read(&image(Board::Stm32f405));
     // 0xDE00 is the undefined instruction `udf #0`, little-endian.
     let fault = image.patched(image.address("Reset") & !1, &[0x00, 0xDE]);
-    // The second word of the vector table is where the processor starts; every panic goes through this function.
+    // The second word of the vector table is where the processor starts; every panic goes through
+    // this function.
     let handler = (image.address("panic_fmt") | 1) as u32;
     let panic = image.patched(image.address("__vector_table") + 4, &handler.to_le_bytes());
     for (what, bytes) in [("fault", fault), ("panic", panic)] {

@@ -9,7 +9,8 @@ use jointwatch_shared::effect::{EFFECTS, Entry, Subsystem};
 use jointwatch_shared::selftest::{Points, reference_model};
 use jointwatch_shared::units::References;
 
-/// A dense model of one or two axes with coefficients of very different size, another one for every seed.
+/// A dense model of one or two axes with coefficients of very different size, another one for every
+/// seed.
 pub(crate) fn model(axes: usize, seed: u64) -> Model {
     let mut points = Points::new(seed);
     let terms = 16_usize.pow(axes as u32);
@@ -43,7 +44,8 @@ pub(crate) fn network(axes: usize, neurons: usize, seed: u64) -> Model {
     Model::from_network(header(axes), &weights, &any).expect("a sound model")
 }
 
-/// The effects with which the device begins, on every axis: values of a joint that fills the reference models' range.
+/// The effects with which the device begins, on every axis: values of a joint that fills the
+/// reference models' range.
 fn effects(axes: usize) -> Vec<EffectValues> {
     let header = header(axes);
     let mut terms = Vec::new();
@@ -96,8 +98,8 @@ fn effects(axes: usize) -> Vec<EffectValues> {
     terms
 }
 
-/// An effect on the first axis, of which each linear parameter makes a force of some newtons and each shape has a middle one of its
-/// starting values.
+/// An effect on the first axis, of which each linear parameter makes a force of some newtons and
+/// each shape has a middle one of its starting values.
 fn in_the_middle(entry: &'static Entry, header: &Header) -> EffectValues {
     let mut references = References::SI;
     for (at, axis) in header.axes.iter().enumerate() {
@@ -125,8 +127,8 @@ pub(crate) fn with_effect(base: Model, entry: &'static Entry) -> Model {
     base.adding_effects(&[term], &[]).expect("a sound model")
 }
 
-/// Every effect of the joint in models of eight, on one axis where it can be. Hystereses among them carry their states from point to
-/// point.
+/// Every effect of the joint in models of eight, on one axis where it can be. Hystereses among them
+/// carry their states from point to point.
 pub(crate) fn of_the_table() -> Vec<Model> {
     let joint = EFFECTS.iter().filter(|e| e.subsystem == Subsystem::Plant);
     let (two, one): (Vec<&Entry>, Vec<&Entry>) = joint.partition(|e| e.needs_two_axes());

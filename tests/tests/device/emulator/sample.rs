@@ -8,8 +8,8 @@ use jointwatch_shared::base::network::NEURONS;
 use jointwatch_shared::effect::{EFFECTS, Entry, Subsystem};
 use jointwatch_shared::wire::blob;
 
-/// A base: its name in the report, how a model of it is made, the most instructions that a sample may take with it alone, and with one
-/// effect with memory beside it.
+/// A base: its name in the report, how a model of it is made, the most instructions that a sample
+/// may take with it alone, and with one effect with memory beside it.
 type Base = (&'static str, fn() -> Model, u32, u32);
 const BASES: [Base; 2] = [
     ("reference", || model(2, 19), 3300, 4500),

@@ -20,7 +20,8 @@ const LAG_S: f64 = 0.02;
 /// A friction in proportion to the voltage.
 const LINE: [f64; 2] = [PER_VOLT, 0.0];
 
-/// A damper whose dry friction follows a voltage and its square, which act behind a lag, by so much each; the voltage may stand still.
+/// A damper whose dry friction follows a voltage and its square, which act behind a lag, by so much
+/// each; the voltage may stand still.
 fn record(seed: f64, standing: Option<f64>, [per_volt, per_square]: [f64; 2]) -> String {
     let mut text = String::from("t,x,F,U\n");
     let mut behind = standing.unwrap_or(1.0);
@@ -80,7 +81,8 @@ fn identify(folder: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join("model.json")).unwrap()).unwrap()
 }
 
-/// The verdict on a joint whose friction is known and whose voltage is not, and the model with all that it names, which explains the force.
+/// The verdict on a joint whose friction is known and whose voltage is not, and the model with all
+/// that it names, which explains the force.
 fn explained(folder: &Path) -> (Value, Value) {
     let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
     study(folder, base, VOLTAGE);
@@ -140,7 +142,8 @@ fn a_friction_that_follows_a_voltage_is_found_with_its_parts_and_its_lag() {
 
 #[test]
 fn a_friction_that_rises_and_falls_with_a_voltage_is_found_with_its_square() {
-    // The straight line through it is next to level: without the square neither the lag nor most of the force shows.
+    // The straight line through it is next to level: without the square neither the lag nor most of
+    // the force shows.
     let folder = written(None, [PER_VOLT, -2.6]);
     let (_, model) = explained(folder.path());
     for (effect, truth) in [

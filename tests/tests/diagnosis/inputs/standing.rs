@@ -1,4 +1,5 @@
-//! Inputs that stand still while a log runs, and differ from one log to the next: runs at a few currents, or of cold and of warm joints.
+//! Inputs that stand still while a log runs, and differ from one log to the next: runs at a few
+//! currents, or of cold and of warm joints.
 
 use super::{DAMPING, FRICTION, LINE, PER_VOLT, STIFFNESS, VOLTAGE, identify, record, run, value};
 use serde_json::Value;

@@ -1,5 +1,6 @@
-//! Logs that are not one file of time, displacement and force: without time, without displacement, in several files, with the force
-//! twice, as JSON. Each becomes a study by `init`, or by a line in study.toml, and gives the values that are true.
+//! Logs that are not one file of time, displacement and force: without time, without displacement,
+//! in several files, with the force twice, as JSON. Each becomes a study by `init`, or by a line in
+//! study.toml, and gives the values that are true.
 
 mod drafts;
 
@@ -158,7 +159,8 @@ fn a_free_decay_is_told_what_to_write() {
     assert!(said.contains("force = 0 and inertia = 1"), "{said}");
 }
 
-/// Rubber in a testing machine: what stands in series with a damper makes it stiffer the quicker it moves, which no mass does.
+/// Rubber in a testing machine: what stands in series with a damper makes it stiffer the quicker it
+/// moves, which no mass does.
 #[test]
 fn stiffness_that_rises_with_frequency_is_no_mass_and_turns_no_sign() {
     let folder = TempDir::new().unwrap();

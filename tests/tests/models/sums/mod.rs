@@ -1,4 +1,5 @@
-//! Sums of records: the same bytes in any order and partition, and the models that they give beside those of the records themselves.
+//! Sums of records: the same bytes in any order and partition, and the models that they give beside
+//! those of the records themselves.
 
 mod selection;
 
@@ -201,7 +202,8 @@ fn a_damaged_part_is_refused_in_one_sentence() {
     }
 }
 
-/// The largest difference of two models' forces along the records of a study, as a part of the RMS force.
+/// The largest difference of two models' forces along the records of a study, as a part of the RMS
+/// force.
 fn apart(study: &Study, one: &Model, other: &Model) -> f64 {
     let prepared = identify::Prepared::new(study).unwrap();
     let mut most = 0.0_f64;
@@ -258,7 +260,8 @@ fn strengths_of_effects_are_those_of_the_records_and_their_intervals_hold_the_tr
         let of_records = identify::physical(&study);
         let (of_records, of_sums) = match (of_records, of_sums) {
             (Ok(records), Ok(sums)) => (records.model, sums.model),
-            // Nothing moves the mass here, so an inertia that is to be found may come out negative; then both refuse it.
+            // Nothing moves the mass here, so an inertia that is to be found may come out negative;
+            // then both refuse it.
             (Err(_), Err(_)) if inertia.is_empty() => continue,
             other => panic!(
                 "only one of both gave a model: {:?}",

@@ -1,4 +1,5 @@
-//! Requests of somebody who has no business here change nothing, and what goes out forbids the browser everything else.
+//! Requests of somebody who has no business here change nothing, and what goes out forbids the
+//! browser everything else.
 
 use super::{files, rig};
 use jointwatch_tests::lab::Lab;

@@ -1,4 +1,5 @@
-//! The lab's server: its numbers are the command line's, what runs can be ended, and nobody without the token changes anything.
+//! The lab's server: its numbers are the command line's, what runs can be ended, and nobody without
+//! the token changes anything.
 
 mod guard;
 mod live;

@@ -74,7 +74,8 @@ impl Device {
         self.taken == model
     }
 
-    /// Uploads a signed model, which the device verifies; gives what it says of itself after its restart.
+    /// Uploads a signed model, which the device verifies; gives what it says of itself after its
+    /// restart.
     pub(crate) fn take(&mut self, model: Vec<u8>) -> Result<String, String> {
         let file = self.folder.join("model.signed");
         fs::write(&file, &model).map_err(|why| format!("{}: {why}", file.display()))?;
@@ -102,7 +103,8 @@ impl Device {
         Ok(hello)
     }
 
-    /// Keeps the frames of so many samples: samples are counted, since a device under emulation has its own time.
+    /// Keeps the frames of so many samples: samples are counted, since a device under emulation has
+    /// its own time.
     fn record(&self, rows: usize, frames: &Path) -> Result<(), String> {
         let mut seen = 0;
         let file = frames.to_string_lossy();

@@ -1,10 +1,11 @@
 //! Beside a device: what it measures goes to the broker as sums, and signed models come back to it.
 //!
-//!     fleet-bridge name=a device=127.0.0.1:4001 broker=localhost:8883 ca=ca.crt password=FILE study=fleet/study.toml rig=rig.bin
-//!         folder=DIR program=jointwatch
+//!     fleet-bridge name=a device=127.0.0.1:4001 broker=localhost:8883 ca=ca.crt password=FILE
+//! study=fleet/study.toml rig=rig.bin         folder=DIR program=jointwatch
 //!
-//! `fleet/measure` asks for sums (`ROUND ROWS`), `fleet/model` brings a model. The bridge answers below `fleet/NAME/`: `state`
-//! (retained; `lost` is its last will), `part/ROUND`, `runs` (how the device introduces itself with a new model) and `trouble`.
+//! `fleet/measure` asks for sums (`ROUND ROWS`), `fleet/model` brings a model. The bridge answers
+//! below `fleet/NAME/`: `state` (retained; `lost` is its last will), `part/ROUND`, `runs` (how the
+//! device introduces itself with a new model) and `trouble`.
 
 mod broker;
 mod device;

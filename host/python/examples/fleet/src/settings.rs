@@ -15,7 +15,8 @@ pub(crate) struct Settings {
     pub(crate) ca: PathBuf,
     /// The file that holds the device's password.
     pub(crate) password: PathBuf,
-    /// The study whose training records set the filters and the normalisation of the sums; the same for the fleet.
+    /// The study whose training records set the filters and the normalisation of the sums; the
+    /// same for the fleet.
     pub(crate) study: PathBuf,
     /// The rig block that the device runs with at first.
     pub(crate) rig: PathBuf,

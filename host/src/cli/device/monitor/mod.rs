@@ -1,4 +1,5 @@
-//! `jointwatch monitor`: shows what a device says, on a screen, or as one line per message, as text or as JSON lines.
+//! `jointwatch monitor`: shows what a device says, on a screen, or as one line per message, as text
+//! or as JSON lines.
 
 mod draw;
 mod outputs;
@@ -32,13 +33,15 @@ pub(crate) struct Monitor {
     /// The device's serial port, such as /dev/ttyACM0 or COM3; it is asked to introduce itself.
     #[arg(long, value_name = "PORT")]
     port: Option<String>,
-    /// Where a program hands on what a device sends, such as 127.0.0.1:4000 of `emulate --serve 4000`.
+    /// Where a program hands on what a device sends, such as 127.0.0.1:4000 of `emulate --serve
+    /// 4000`.
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Option<String>,
     /// Bits per second of the serial port; 1000000, as the firmware has it, when left out.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
-    /// Ask the device for its samples: 1 for every one, 10 for every tenth. The screen asks for some 500 a second when it is left out.
+    /// Ask the device for its samples: 1 for every one, 10 for every tenth. The screen asks for
+    /// some 500 a second when it is left out.
     #[arg(long, value_name = "EVERY", value_parser = clap::value_parser!(u16).range(1..))]
     stream: Option<u16>,
     /// End after so many seconds.
@@ -50,14 +53,16 @@ pub(crate) struct Monitor {
     /// Keep what arrives, byte for byte, in this file; `monitor --file` shows it again.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Open a lost line again, as the screen always does; without it a line that is lost ends the run.
+    /// Open a lost line again, as the screen always does; without it a line that is lost ends the
+    /// run.
     #[arg(long)]
     reconnect: bool,
 }
 
 /// How long one waits for bytes before looking whether to end.
 const WAIT: Duration = Duration::from_millis(50);
-/// How long a device may say nothing before the user is told what may be wrong; it reports ten times a second.
+/// How long a device may say nothing before the user is told what may be wrong; it reports ten
+/// times a second.
 const SILENCE: Duration = Duration::from_secs(3);
 
 pub(super) fn seconds(text: &str) -> std::result::Result<f64, String> {

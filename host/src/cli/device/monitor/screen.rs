@@ -1,4 +1,5 @@
-//! The loop of the terminal screen: line, keys, a picture twenty times a second, and a terminal that is given back as it was.
+//! The loop of the terminal screen: line, keys, a picture twenty times a second, and a terminal
+//! that is given back as it was.
 
 use super::draw::draw;
 use super::outputs::{INTERRUPTED, Outputs, Settings};
@@ -20,7 +21,8 @@ const FRAME: Duration = Duration::from_millis(50);
 /// Shows a device until the user has seen enough; gives what was heard.
 ///
 /// # Errors
-/// When there is no terminal to draw on, when the line cannot be opened, and when what is to be written cannot be.
+/// When there is no terminal to draw on, when the line cannot be opened, and when what is to be
+/// written cannot be.
 pub(super) fn show(source: Source, settings: &Settings, outputs: &mut Outputs) -> Result<Tally> {
     let wanted = settings.stream.map_or(Wanted::Shown, Wanted::Every);
     let mut line = SteadyLine::open(source, wanted)?;
@@ -109,7 +111,8 @@ fn key() -> Result<Key> {
     Ok(Key::None)
 }
 
-/// Messages that wait for their time: those of a file come as fast as the device sent them, those of a device at once.
+/// Messages that wait for their time: those of a file come as fast as the device sent them, those
+/// of a device at once.
 pub(super) struct Pace {
     is_file: bool,
     waiting: VecDeque<Heard>,

@@ -1,4 +1,5 @@
-//! The screen against frames whose truth is known, drawn into a buffer, by a clock that the test moves.
+//! The screen against frames whose truth is known, drawn into a buffer, by a clock that the test
+//! moves.
 
 use super::draw::draw;
 use super::screen::Pace;
@@ -301,7 +302,8 @@ fn a_minute_at_5_khz_over_tcp_loses_nothing_at_20_screens_a_second() {
     let mut view = LiveView::new("device");
     let mut terminal = Terminal::new(TestBackend::new(120, 40)).unwrap();
     let (mut samples, mut screens) = (0, 0);
-    // The clock is the test's: a screen is due whenever a twentieth of a second of samples has come.
+    // The clock is the test's: a screen is due whenever a twentieth of a second of samples has
+    // come.
     while screens < SCREENS {
         let now = Duration::from_millis(50 * screens);
         let caught = line.next(Duration::from_millis(20)).unwrap();

@@ -1,6 +1,7 @@
-//! The structure of an HDF5 file as MATLAB and h5py write it by default: groups with symbol tables or links in their headers, datasets
-//! stored whole or in chunks, packed with deflate and shuffle. Written after the HDF5 File Format Specification 3.0; the library that
-//! reads everything takes longer to build than Jointwatch itself.
+//! The structure of an HDF5 file as MATLAB and h5py write it by default: groups with symbol tables
+//! or links in their headers, datasets stored whole or in chunks, packed with deflate and shuffle.
+//! Written after the HDF5 File Format Specification 3.0; the library that reads everything takes
+//! longer to build than Jointwatch itself.
 //!
 //! Every address and size in the file is checked before it is used.
 

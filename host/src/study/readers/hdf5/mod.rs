@@ -1,4 +1,5 @@
-//! Reader of MATLAB files of version 7.3, which are HDF5 files, and of other HDF5 files: every vector and every column of a matrix.
+//! Reader of MATLAB files of version 7.3, which are HDF5 files, and of other HDF5 files: every
+//! vector and every column of a matrix.
 
 mod hierarchy;
 mod stored;
@@ -17,7 +18,8 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
     Hierarchy::signature(bytes).is_some()
 }
 
-/// Reads the datasets: vectors are columns, and so are the columns of a matrix, `name[1]`, `name[2]`, …; in a group, `group/name`.
+/// Reads the datasets: vectors are columns, and so are the columns of a matrix, `name[1]`,
+/// `name[2]`, …; in a group, `group/name`.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let broken = |what: String| {
         request.error(format!(
@@ -73,7 +75,8 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     ))
 }
 
-/// Rows, columns, and whether a row's values lie side by side; `None` for what is no vector and no matrix of numbers.
+/// Rows, columns, and whether a row's values lie side by side; `None` for what is no vector and no
+/// matrix of numbers.
 fn arrangement(dataset: &Dataset, matlab: bool) -> Option<(u64, u64, bool)> {
     dataset.number.as_ref()?;
     let count = dataset.count();

@@ -79,7 +79,8 @@ impl Chunks<'_> {
         }
     }
 
-    /// Copies a chunk to where it belongs, row by row of its last dimension; what hangs over the edge is padding.
+    /// Copies a chunk to where it belongs, row by row of its last dimension; what hangs over the
+    /// edge is padding.
     pub(super) fn place(&self, chunk: &[u8], origin: &[u64], whole: &mut [u8]) -> Told<()> {
         let shape = &self.dataset.shape;
         let size = self.number.size;
@@ -92,7 +93,8 @@ impl Chunks<'_> {
             .chunks_exact(*chunk_width as usize * size)
             .enumerate()
         {
-            // The row's place in the chunk and in the whole, dimension by dimension from the last but one.
+            // The row's place in the chunk and in the whole, dimension by dimension from the last
+            // but one.
             let (mut rest, mut at, mut stride, mut inside) = (row as u64, first, *width, true);
             for axis in (0..shape.len() - 1).rev() {
                 let place = origin[axis].saturating_add(rest % self.shape[axis]);

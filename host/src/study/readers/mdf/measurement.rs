@@ -1,7 +1,9 @@
-//! The blocks of an ASAM MDF 4 file: groups of channels, their records in plain, listed and packed data blocks.
+//! The blocks of an ASAM MDF 4 file: groups of channels, their records in plain, listed and packed
+//! data blocks.
 //!
-//! Written after the ASAM MDF 4.1 base standard, for channels of numbers with a linear or rational conversion; what else a file
-//! holds is left out. Every link and length is checked before it is used.
+//! Written after the ASAM MDF 4.1 base standard, for channels of numbers with a linear or rational
+//! conversion; what else a file holds is left out. Every link and length is checked before it is
+//! used.
 
 use crate::study::readers::packed;
 use std::io::Read;
@@ -56,7 +58,8 @@ pub(super) struct Group {
     /// Bytes of the number before each record, 0 where all are of this group.
     id_size: usize,
     id: u64,
-    /// The numbers and sizes of all groups whose records are mixed; `None` for records that say their own length.
+    /// The numbers and sizes of all groups whose records are mixed; `None` for records that say
+    /// their own length.
     mixed: Vec<(u64, Option<usize>)>,
 }
 

@@ -1,4 +1,5 @@
-//! Reader of ASAM MDF version 4 (`.mf4`): each channel of numbers is a column, with the unit that the file states.
+//! Reader of ASAM MDF version 4 (`.mf4`): each channel of numbers is a column, with the unit that
+//! the file states.
 
 mod measurement;
 
@@ -12,7 +13,8 @@ pub(super) fn recognises(bytes: &[u8]) -> bool {
     bytes.starts_with(b"MDF     ") || bytes.starts_with(b"UnFinMF ")
 }
 
-/// Reads the channels that the request needs; a name that several groups have gets the group's number, `time[2]`.
+/// Reads the channels that the request needs; a name that several groups have gets the group's
+/// number, `time[2]`.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let broken = |what: String| {
         request.error(format!(

@@ -46,7 +46,8 @@ fn plain(cell: &str, point: char, group: char) -> Option<Cow<'_, str>> {
     let groups: Vec<&str> = unsigned
         .split([group, '\'', '\u{a0}', '\u{202f}'])
         .collect();
-    // “1,234” alone may as well be one and a quarter: only “1,234.5” and “1,234,567” are surely grouped.
+    // “1,234” alone may as well be one and a quarter: only “1,234.5” and “1,234,567” are surely
+    // grouped.
     let grouped = groups.len() == 1
         || groups[1..].iter().all(|g| g.len() == 3)
             && (1..=3).contains(&groups[0].len())
@@ -73,7 +74,8 @@ pub(super) enum Instant {
 
 const SECOND: i128 = 1_000_000_000;
 
-/// An ISO 8601 date-time with or without offset, `14.03.2026 09:26:53,589`, `3/14/2026 9:26:53 PM`, a bare date, or a time of day.
+/// An ISO 8601 date-time with or without offset, `14.03.2026 09:26:53,589`, `3/14/2026 9:26:53 PM`,
+/// a bare date, or a time of day.
 pub(super) fn instant(cell: &str) -> Option<Instant> {
     if !cell.starts_with(|c: char| c.is_ascii_digit()) || !cell.contains([':', '-', '/', '.']) {
         return None;
@@ -143,7 +145,8 @@ fn date_of(text: &str) -> Option<Date> {
     Date::new(year, month, day).ok()
 }
 
-/// `h:m:s` or `h:m:s.fraction`, fraction after a point or a comma, perhaps with AM or PM; nanoseconds since midnight.
+/// `h:m:s` or `h:m:s.fraction`, fraction after a point or a comma, perhaps with AM or PM;
+/// nanoseconds since midnight.
 fn time_of_day(text: &str) -> Option<i128> {
     let upper = text.to_ascii_uppercase();
     let (clock, noon) = match upper.trim_end_matches('Z').split_once(' ') {
@@ -206,7 +209,8 @@ impl Clock {
         };
         let first = *self.first.get_or_insert(nanoseconds);
         let since = nanoseconds - first;
-        // Whole microseconds, the finest that loggers write, divide exactly into the decimal that they mean.
+        // Whole microseconds, the finest that loggers write, divide exactly into the decimal that
+        // they mean.
         if since % 1000 == 0 {
             (since / 1000) as f64 / 1e6
         } else {

@@ -1,7 +1,8 @@
-//! Reader of text logs: perhaps a preface, a heading, perhaps a row of units, then rows of numbers, dates and times.
+//! Reader of text logs: perhaps a preface, a heading, perhaps a row of units, then rows of numbers,
+//! dates and times.
 //!
-//! The lines are split here rather than by a CSV library, so that a message names the line of the file that an editor
-//! shows, comments and blank lines counted.
+//! The lines are split here rather than by a CSV library, so that a message names the line of the
+//! file that an editor shows, comments and blank lines counted.
 
 use super::cells::{Clock, Decimal, instant, number};
 use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
@@ -9,8 +10,8 @@ use super::{decode, lines};
 use crate::study::log::{Column, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 
-/// Bytes of a line at the top of a log, and of any line of a long one. A line's cells are compared with each other, and each of them is
-/// a name.
+/// Bytes of a line at the top of a log, and of any line of a long one. A line's cells are compared
+/// with each other, and each of them is a name.
 pub(super) const LONGEST_LINE: usize = 1 << 20;
 
 /// Bytes looked at further down than the top of a log: in its middle, and at its end.
@@ -58,7 +59,8 @@ pub(crate) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
     })
 }
 
-/// The unit of a column by its place. Dates and times are counted in seconds, whatever else stands above them.
+/// The unit of a column by its place. Dates and times are counted in seconds, whatever else stands
+/// above them.
 pub(super) fn unit<'a>(layout: &'a Layout, clock: Option<&Clock>, place: usize) -> Option<&'a str> {
     match clock {
         Some(_) => Some("s"),

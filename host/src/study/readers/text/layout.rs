@@ -1,4 +1,5 @@
-//! The layout of a text log, guessed from a sample of its lines: separator, decimal sign, heading, row of units, first row.
+//! The layout of a text log, guessed from a sample of its lines: separator, decimal sign, heading,
+//! row of units, first row.
 
 use super::cells::{Decimal, instant, number};
 use crate::study::channels::units::is_a_unit;
@@ -29,7 +30,8 @@ pub(super) struct Layout {
     pub(super) first_line: Option<usize>,
 }
 
-/// Every way of writing rows that is tried, the usual first: of two that fit alike the first is taken.
+/// Every way of writing rows that is tried, the usual first: of two that fit alike the first is
+/// taken.
 const WAYS: [(Separator, Decimal); 10] = [
     (Separator::Char(','), Decimal::Point),
     (Separator::Char(';'), Decimal::Point),
@@ -82,7 +84,8 @@ pub(super) fn is_comment(line: &str) -> bool {
     line.trim_start().starts_with(['#', '%']) || line.starts_with("//")
 }
 
-/// Finds the layout; `top` are the file's first lines, `further` some from its middle and end, blank lines left out.
+/// Finds the layout; `top` are the file's first lines, `further` some from its middle and end,
+/// blank lines left out.
 pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     // LabVIEW's measurement files end their two heads in a line of their own.
     let head = top
@@ -120,7 +123,8 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         let numbers = cells.iter().filter(|c| is_value(c, decimal)).count();
         let kinds = cells.iter().zip(&numeric);
         let words = kinds.filter(|(c, n)| **n && !c.is_empty() && !is_value(c, decimal));
-        // Preface lines such as “Run;7;;” are padded to the width of the table, and “Interval;0.0005” has as many cells by itself.
+        // Preface lines such as “Run;7;;” are padded to the width of the table, and
+        // “Interval;0.0005” has as many cells by itself.
         numbers > 0
             && 2 * numbers >= columns
             && 2 * words.count() < columns
@@ -163,7 +167,8 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     }
 }
 
-/// A comment right above the first row that has as many words as there are columns: how NumPy writes a heading.
+/// A comment right above the first row that has as many words as there are columns: how NumPy
+/// writes a heading.
 fn commented_heading(
     top: &[(usize, &str)],
     first_line: usize,
@@ -185,7 +190,8 @@ fn is_value(cell: &str, decimal: Decimal) -> bool {
     number(cell, decimal).is_some() || instant(cell).is_some()
 }
 
-/// How well lines read as rows: numbers less what is neither number nor empty; with the usual count of cells.
+/// How well lines read as rows: numbers less what is neither number nor empty; with the usual count
+/// of cells.
 fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, usize) {
     let mut cells = Vec::new();
     let mut counts = std::collections::BTreeMap::new();
@@ -205,7 +211,8 @@ fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, 
             continue;
         }
         for cell in cells.iter().filter(|c| !c.is_empty()) {
-            // “1,234” reads as a thousand with a point and as one and a quarter with a comma: it speaks for neither point.
+            // “1,234” reads as a thousand with a point and as one and a quarter with a comma: it
+            // speaks for neither point.
             let grouped = decimal == Decimal::Point && cell.parse::<f64>().is_err();
             score += match is_value(cell, decimal) {
                 true if grouped && instant(cell).is_none() => 0,
@@ -234,7 +241,8 @@ fn numeric_columns(
     counts.iter().map(|count| 2 * count > body.len()).collect()
 }
 
-/// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has units of its own.
+/// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has
+/// units of its own.
 fn is_row_of_units(cells: &[String]) -> bool {
     let filled = cells.iter().filter(|c| !c.is_empty());
     let units = |c: &&String| bracketed(c).is_some() || is_a_unit(c);
@@ -242,7 +250,8 @@ fn is_row_of_units(cells: &[String]) -> bool {
     known > 0 && 2 * known >= filled.count()
 }
 
-/// Whether names are nothing but units, of three columns or more, as `s,mm,N`; one letter each may be names as well.
+/// Whether names are nothing but units, of three columns or more, as `s,mm,N`; one letter each may
+/// be names as well.
 fn is_of_units_alone(names: &[String]) -> bool {
     let unit = |name: &String| is_a_unit(bracketed(name).unwrap_or(name));
     names.len() > 2 && names.iter().all(unit) && names.iter().any(|name| name.chars().count() > 1)

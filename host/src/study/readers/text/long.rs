@@ -1,5 +1,5 @@
-//! Text logs too long to be held in memory: where in the file every few thousandth row begins is found once, and any stretch of rows is
-//! read from there.
+//! Text logs too long to be held in memory: where in the file every few thousandth row begins is
+//! found once, and any stretch of rows is read from there.
 
 use super::cells::Clock;
 use super::csv::{self, Body, LONGEST_LINE, PART, Reading, Sample};

@@ -77,7 +77,8 @@ fn utf16(head: &[u8]) -> Option<bool> {
     }
 }
 
-/// UTF-16 without a mark: Latin letters and digits then have a zero in every other byte. `true` for little-endian.
+/// UTF-16 without a mark: Latin letters and digits then have a zero in every other byte. `true` for
+/// little-endian.
 fn byte_order_without_mark(head: &[u8]) -> Option<bool> {
     let zeros = |odd: usize| {
         head.iter()
