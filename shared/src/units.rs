@@ -35,7 +35,7 @@ pub struct References {
     pub displacement: [f64; 2],
     /// Reference velocity of the own and the other axis, m/s or rad/s.
     pub velocity: [f64; 2],
-    /// Reference time, s.
+    /// Reference time, s: the sample period on a device.
     pub time: f64,
 }
 

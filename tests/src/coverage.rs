@@ -10,11 +10,11 @@ use std::ops::Range;
 /// One parameter over all rigs.
 #[derive(Clone, Debug, Default)]
 pub struct ParameterCoverage {
-    /// `effect@axis parameter`.
+    /// The parameter as `effect@axis parameter`.
     pub name: String,
     /// Rigs in which the interval held the true value.
     pub covered: usize,
-    /// Rigs.
+    /// Rigs that were simulated and fitted.
     pub fits: usize,
     /// Largest |value/truth − 1|.
     pub worst: f64,

@@ -28,9 +28,9 @@ pub struct Fault {
 /// What became of a fault.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// A test failed.
+    /// A test failed, as one has to.
     Noticed,
-    /// All tests passed.
+    /// All tests passed, although the program is wrong.
     Survived,
     /// It could not be tried: the sentence says why.
     Stale(String),

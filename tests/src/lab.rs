@@ -16,7 +16,7 @@ pub struct Lab {
     pub url: String,
     /// Its port on 127.0.0.1.
     pub port: u16,
-    /// Its token.
+    /// The token behind the # of `url`.
     pub token: String,
 }
 

@@ -159,7 +159,7 @@ typedef struct {
   int32_t displacement[2];
   // Encoder counter of the body that carries the inertia.
   int32_t body;
-  // Accelerometer code.
+  // Accelerometer code of the body that carries the inertia.
   int32_t acceleration;
   // Force or torque code.
   int32_t force;
@@ -201,7 +201,7 @@ typedef struct {
   int32_t measured[2];
   // Restoring force from the model.
   int32_t predicted[2];
-  // Measured minus predicted.
+  // Measured minus predicted restoring force, per axis.
   int32_t residual[2];
   // The residual in the common band, older still; with JW_FLAG_BAND only.
   int32_t residual_band[2];
@@ -211,9 +211,9 @@ typedef struct {
 
 // What the monitor says.
 typedef struct {
-  // A jw_state.
+  // A jw_state: how it stands.
   uint8_t state;
-  // A jw_cause.
+  // A jw_cause: why it stands so.
   uint8_t cause;
   // The axis that it is about, from 0.
   uint8_t axis;

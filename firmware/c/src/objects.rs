@@ -13,7 +13,7 @@ use jointwatch_shared::wire::{blob, rig_block};
 
 /// An object that begins with a word by which it is known, and the buffer that holds it.
 pub(crate) trait Object {
-    /// The word.
+    /// The first word of the object, which tells what it is: four letters, little-endian.
     const TAG: u32;
     /// Bytes of its buffer.
     const SIZE: usize;
@@ -144,7 +144,7 @@ impl jw_monitor {
     }
 }
 
-/// Nothing went wrong.
+/// The faults of a sample for which the caller names none.
 const WELL: Faults = Faults {
     saturated: 0,
     out_of_range: 0,

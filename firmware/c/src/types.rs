@@ -35,7 +35,7 @@ pub struct jw_axis_counts {
     pub displacement: [i32; 2],
     /// Encoder counter of the body that carries the inertia.
     pub body: i32,
-    /// Accelerometer code.
+    /// Accelerometer code of the body that carries the inertia.
     pub acceleration: i32,
     /// Force or torque code.
     pub force: i32,
@@ -83,7 +83,7 @@ pub struct jw_output {
     pub measured: [i32; 2],
     /// Restoring force from the model.
     pub predicted: [i32; 2],
-    /// Measured minus predicted.
+    /// Measured minus predicted restoring force, per axis.
     pub residual: [i32; 2],
     /// The residual in the common band, older still; with JW_FLAG_BAND only.
     pub residual_band: [i32; 2],
@@ -95,9 +95,9 @@ pub struct jw_output {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct jw_verdict {
-    /// A jw_state.
+    /// A jw_state: how it stands.
     pub state: u8,
-    /// A jw_cause.
+    /// A jw_cause: why it stands so.
     pub cause: u8,
     /// The axis that it is about, from 0.
     pub axis: u8,

@@ -6,10 +6,10 @@ use jointwatch_shared::wire::wiring::{ACCELEROMETERS, COUNTERS};
 pub struct Chips<T> {
     /// All counters at once.
     pub latch: T,
-    /// The quadrature counters.
+    /// The quadrature counters one by one, in the order of the wiring.
     pub counters: [T; COUNTERS],
-    /// The converter.
+    /// The converter of the strain bridges.
     pub converter: T,
-    /// The accelerometers.
+    /// The accelerometers one by one, in the order of the wiring.
     pub accelerometers: [T; ACCELEROMETERS],
 }

@@ -24,7 +24,7 @@ struct ControlBlock {
     ring_length: usize,
     /// Where the next byte goes.
     write: AtomicUsize,
-    /// The reader's.
+    /// Where the reader takes the next byte; only the probe writes it.
     read: AtomicUsize,
     /// The reader's choice of what happens when the ring is full; it is not followed, see above.
     mode: AtomicU32,

@@ -19,7 +19,7 @@ const RESET: u8 = 0x2F;
 
 /// DEVID_AD (Analog Devices), DEVID_MST (MEMS) and PARTID (355 in octal).
 const IDENTITY: [u8; 3] = [0xAD, 0x1D, 0xED];
-/// What RESET takes.
+/// Resets the chip when written to RESET.
 const RESET_CODE: u8 = 0x52;
 /// RANGE, bit 7: the reset value, which concerns I²C only.
 const RANGE_RESET: u8 = 0x80;

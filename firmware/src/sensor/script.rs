@@ -16,7 +16,7 @@ pub(crate) struct Scripted {
 }
 
 impl Scripted {
-    /// The whole script.
+    /// The whole script, on a bus that does not fail.
     pub(crate) fn new(exchanges: &[Exchange]) -> Self {
         Self::failing(exchanges, None)
     }

@@ -57,7 +57,7 @@ pub enum Progress {
     Tried,
     /// It has run. `sure` when a mark of it was programmed to its end; else power failed on it.
     Confirmed {
-        /// See above.
+        /// Whether a mark of it was programmed to its end.
         sure: bool,
     },
 }

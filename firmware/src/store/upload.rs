@@ -45,7 +45,7 @@ impl Upload {
         }
     }
 
-    /// Whether one is.
+    /// Whether an upload has begun and has not ended.
     pub const fn is_under_way(&self) -> bool {
         self.under_way.is_some()
     }

@@ -33,7 +33,7 @@ pub(crate) const RATE_HZ: u64 = 32;
 /// A slot of the bench's flash.
 const SECTOR: usize = SLOT_LEN + 200 * ENTRY_LEN;
 
-/// Both slots.
+/// Flash in memory with one slot in each sector.
 pub(crate) type Flash = flash::Flash<SECTOR>;
 
 /// What a slot holds.
@@ -71,7 +71,7 @@ pub(crate) fn content(slot: &Slot) -> Vec<u8> {
     bytes[..RIG_OFFSET + rig_len].to_vec()
 }
 
-/// A signed slot.
+/// A signed slot with a model and the rig block, where there is one.
 pub(crate) fn signed(model: &Model, rig: Option<&Rig>) -> Slot {
     let rig = rig.map(|rig| rig_block::encode(rig).expect("a sound rig block"));
     sealed(model, rig.as_ref().map_or(&[], |rig| rig))
@@ -167,7 +167,7 @@ impl SpiDevice for Silent {
     }
 }
 
-/// The device.
+/// The firmware's tasks in one process, with the queues between them.
 pub(crate) struct Bench {
     pub(crate) watch: &'static mut Watch,
     evaluator: Option<&'static mut Evaluator>,

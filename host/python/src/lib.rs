@@ -14,7 +14,7 @@ mod sums;
 
 use pyo3::prelude::*;
 
-/// The module `jointwatch._native`.
+/// The extension module `jointwatch._native`, which the Python package builds on.
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A learnt model.
+/// A learnt model of the joint's restoring force.
 #[pyclass(frozen, module = "jointwatch._native")]
 pub(crate) struct Model(pub(crate) Arc<jointwatch::Model>);
 
@@ -47,7 +47,7 @@ impl Model {
         raised(py, py.allow_threads(|| self.0.write(&path)))
     }
 
-    /// model.json.
+    /// The text of model.json.
     fn to_json(&self, py: Python<'_>) -> PyResult<String> {
         raised(py, output::json_text(&*self.0))
     }

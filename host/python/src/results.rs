@@ -105,7 +105,7 @@ impl Added {
         raised(py, output::json_text(&self.added.as_json(None)))
     }
 
-    /// The wider model.
+    /// The model with the added effects in it.
     fn model(&self) -> Model {
         Model(Arc::new(self.added.model.clone()))
     }

@@ -90,7 +90,7 @@ impl Study {
         .to_string()
     }
 
-    /// Learns a model.
+    /// Learns a model of the kind that `options` names: `physical`, `polynomial` or `network`.
     fn identify(
         &self,
         py: Python<'_>,

@@ -35,7 +35,7 @@ struct Octave {
     density: f64,
     /// Standard deviation of that, as a part of it.
     scatter: f64,
-    /// Hz.
+    /// Width of the octave, Hz.
     width: f64,
 }
 

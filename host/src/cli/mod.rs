@@ -132,7 +132,7 @@ enum Command {
     Study(terminal::StudyKeys),
     /// Write what a shell needs to complete commands and options, to standard output.
     Completions(terminal::Completions),
-    /// Write man pages.
+    /// Write man pages of the program and of each command into a folder.
     Manual(terminal::Manual),
 }
 

@@ -14,7 +14,7 @@ const TRIES: u32 = 20;
 /// How long to wait for a device that still records what follows its alarm.
 const RECORDING: Duration = Duration::from_secs(30);
 
-/// What was fetched.
+/// The counts around an alarm, as the device sent them.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Fetched {
     /// The frames: who the device is, and every piece.
@@ -22,7 +22,7 @@ pub struct Fetched {
     pub frames: Vec<u8>,
     /// The sample, counted since the restart, at which the alarm was raised.
     pub alarm: u64,
-    /// Pieces.
+    /// Pieces in which the counts came.
     pub pieces: u16,
     /// Requests that were sent again.
     pub repeated: u32,

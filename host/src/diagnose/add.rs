@@ -30,19 +30,19 @@ const MAX_PAIR: f64 = 30.0;
 /// Errors of one axis on one record.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Change {
-    /// The record's file.
+    /// The record's file, as the study names it.
     pub file: String,
     /// Verification (`train`) or validation (`validate`).
     pub role: Role,
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
-    /// NMSE before, percent.
+    /// NMSE of the model that was given, percent.
     pub before_nmse_percent: f64,
-    /// NMSE after, percent.
+    /// NMSE of the model with the effects, percent.
     pub after_nmse_percent: f64,
-    /// Relative error before.
+    /// RMS error over RMS force of the model that was given.
     pub before: f64,
-    /// Relative error after.
+    /// RMS error over RMS force of the model with the effects.
     pub after: f64,
     /// Relative error that the noise alone makes: no model can go below.
     pub noise_floor: f64,
@@ -53,7 +53,7 @@ pub struct Change {
 
 /// A model with more effects, and what they brought.
 pub struct Added {
-    /// The model.
+    /// The model with the effects in it, all its values found anew.
     pub model: ModelFile,
     /// Record by record and axis by axis.
     pub changes: Vec<Change>,

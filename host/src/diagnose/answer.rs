@@ -20,13 +20,13 @@ use std::collections::BTreeMap;
 /// A figure per axis.
 pub type PerAxis = BTreeMap<String, f64>;
 
-/// What was found.
+/// What a diagnosis comes to, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// One or more effects of the library are missing.
     Effect,
-    /// Nothing is missing.
+    /// Nothing is missing that these records could tell.
     None,
     /// Something is missing that is not in the library.
     Unknown,
@@ -37,7 +37,7 @@ pub enum Verdict {
 /// An effect that is missing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Found {
-    /// The effect.
+    /// The effect's name in the library, `coulomb`; with its input where it follows one.
     pub effect: String,
     /// The axis, or `both`.
     pub axis: String,
@@ -53,11 +53,11 @@ impl Found {
 /// One parameter of a candidate.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CandidateParameter {
-    /// Its name.
+    /// The parameter's name, as the effect lists it.
     pub name: String,
-    /// Its value.
+    /// Its value, in `unit`.
     pub value: f64,
-    /// The SI unit.
+    /// The SI unit; – for a number without one.
     pub unit: String,
     /// The interval that covers the true value in 95 of 100 such experiments; none when the
     /// records do not say.
@@ -67,7 +67,7 @@ pub struct CandidateParameter {
 /// A candidate for the first missing effect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
-    /// The effect.
+    /// The effect's name, as in [`Found::effect`].
     pub effect: String,
     /// The axis, or `both`.
     pub axis: String,
@@ -94,7 +94,7 @@ pub struct Ranked {
 /// How much of a missing effect a polynomial or a network makes up for without naming it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Absorbed {
-    /// The effect.
+    /// The effect's name, as in [`Found::effect`].
     pub effect: String,
     /// The axis on which its force is looked at.
     pub axis: String,
@@ -106,7 +106,7 @@ pub struct Absorbed {
 /// What is left beside what was found, and what it follows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Remainder {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// RMS of what the effects found leave, over the RMS force; on blocks of the training records
     /// that were not learnt from.
@@ -120,7 +120,7 @@ pub struct Remainder {
 /// A set of effects that was looked at (`--explain`).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Looked {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// The effects beside the base.
     pub effects: Vec<String>,
@@ -134,10 +134,10 @@ pub struct Looked {
     pub outcome: String,
 }
 
-/// The answer.
+/// All that a diagnosis says.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
-    /// In a word.
+    /// What it comes to, in a word.
     pub verdict: Verdict,
     /// What the errors per axis are measured on: validation records, or held-out blocks where the
     /// study has none.

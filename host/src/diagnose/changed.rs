@@ -36,7 +36,7 @@ pub struct Changed {
 /// One record of the study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SeenRecord {
-    /// The file.
+    /// The record's file, as the study names it.
     pub file: String,
     /// What the old model used it for; none for a new record.
     pub seen_as: Option<Role>,
@@ -45,7 +45,7 @@ pub struct SeenRecord {
 /// The old model's error on one axis, RMS error over RMS force and NMSE.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ErrorThenNow {
-    /// The axis.
+    /// Name of the axis.
     pub axis: String,
     /// On its own validation records, when it was made; none where it had none.
     pub then: Option<AxisError>,
@@ -58,17 +58,17 @@ pub struct ErrorThenNow {
 /// One parameter, before and now.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterChange {
-    /// `stiffness@x`.
+    /// The effect and its axis: `stiffness@x`.
     pub effect: String,
-    /// The parameter's name.
+    /// The parameter's name, as the effect lists it.
     pub name: String,
-    /// The SI unit.
+    /// The SI unit of the values; – for a number without one.
     pub unit: String,
     /// The old model's value.
     pub old: f64,
-    /// The new one.
+    /// The value that the new records give.
     pub new: f64,
-    /// New less old.
+    /// New value less old one, in `unit`.
     pub difference: f64,
     /// What the difference may be, by the two 95 % intervals; none where a model states none.
     pub interval: Option<[f64; 2]>,

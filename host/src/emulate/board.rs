@@ -42,7 +42,7 @@ pub enum Trouble {
 /// in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Injection {
-    /// Which chip fails.
+    /// Which chip of the board fails.
     pub place: BoardChip,
     /// What is wrong with it.
     pub trouble: Trouble,

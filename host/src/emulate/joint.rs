@@ -43,7 +43,7 @@ pub struct LoopedJoint<'a> {
     device: &'a EmulatedDevice<'a>,
     study: &'a Study,
     model: &'a Model,
-    /// The loop, once.
+    /// The record, its end joined to its beginning: one turn of the loop.
     record: Record,
     /// Restoring force per axis along the loop as the device measures it, N or N·m.
     force: Vec<Vec<f64>>,

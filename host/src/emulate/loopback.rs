@@ -21,7 +21,7 @@ const CHANGEOVER: Duration = Duration::from_millis(500);
 
 /// The port's end at the device.
 pub struct Loopback {
-    /// Where it listens.
+    /// Where it listens: address and port.
     pub address: SocketAddr,
     to_listener: SyncSender<Vec<u8>>,
     from_listener: Receiver<Vec<u8>>,
@@ -61,7 +61,7 @@ impl Loopback {
         })
     }
 
-    /// Whether somebody listens.
+    /// Whether a program is connected to the port.
     pub fn is_connected(&self) -> bool {
         self.shared.connected.load(Ordering::Relaxed)
     }

@@ -34,7 +34,7 @@ pub enum Told {
         time_s: f64,
         /// Seconds of the device's time per second.
         speed: f64,
-        /// Whether somebody listens.
+        /// Whether a program is connected to the device's line.
         connected: bool,
     },
 }

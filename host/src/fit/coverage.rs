@@ -27,12 +27,12 @@ const ROWS_PER_PARAMETER: usize = 20;
 /// frequency come to 0.03, one trajectory that is repeated to 0.17, random motion to 0.5.
 const ONE_LOOP: f64 = 0.1;
 
-/// An axis's velocity.
+/// An axis's velocity, m/s or rad/s.
 fn velocity(motion: &Motion, axis: usize) -> &[f64] {
     &motion.states[2 * axis + 1]
 }
 
-/// An axis's displacement.
+/// An axis's displacement, m or rad.
 fn displacement(motion: &Motion, axis: usize) -> &[f64] {
     &motion.states[2 * axis]
 }

@@ -5,15 +5,14 @@
 //! always where a cut takes most of the squared error away, and follows what the trees before it
 //! leave, by a part of it (Friedman, Annals of Statistics 29 (2001) 1189–1232).
 
-/// Bins per input.
+/// The most bins per input.
 const BINS: usize = 64;
 
 /// How many trees, and how large.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Size {
-    /// Trees.
     pub(crate) trees: usize,
-    /// Leaves of each.
+    /// The most leaves of each tree.
     pub(crate) leaves: usize,
     /// Rows that a leaf holds at least.
     pub(crate) least_rows: usize,

@@ -14,22 +14,22 @@ pub(super) enum Action {
         /// Role and column, as `init --column` takes them.
         #[serde(default)]
         columns: Vec<(String, String)>,
-        /// Hz.
+        /// Sample rate of the logs, Hz; none where a column counts the time.
         #[serde(default, deserialize_with = "number")]
         rate: Option<f64>,
-        /// kg or kg·m².
+        /// Inertia, kg or kg·m²; none where it is to be identified from the data.
         #[serde(default, deserialize_with = "number")]
         inertia: Option<f64>,
     },
     /// Take other columns for the draft.
     Draft {
-        /// As above.
+        /// Role and column, as in [`Action::Init`].
         #[serde(default)]
         columns: Vec<(String, String)>,
-        /// Hz.
+        /// As in [`Action::Init`], Hz.
         #[serde(default, deserialize_with = "number")]
         rate: Option<f64>,
-        /// kg or kg·m².
+        /// As in [`Action::Init`], kg or kg·m².
         #[serde(default, deserialize_with = "number")]
         inertia: Option<f64>,
     },
@@ -37,7 +37,7 @@ pub(super) enum Action {
     Reopen {},
     /// Choose segments of a study whose logs are too long.
     Select {
-        /// How many.
+        /// How many segments are chosen.
         segments: u32,
         /// How long each is, s.
         #[serde(deserialize_with = "number")]
@@ -45,17 +45,17 @@ pub(super) enum Action {
     },
     /// Work on another study of the folder.
     Work {
-        /// Its file.
+        /// The study's file, by its name in the folder.
         study: String,
     },
-    /// Learn a model.
+    /// Learn a model of the study.
     Identify {
         /// `polynomial`, `network` or `physical`.
         kind: String,
     },
     /// Show a model on the study.
     Show {
-        /// Its file.
+        /// The model's file, as [`Entry::file`].
         model: String,
         /// Another one beside it.
         beside: Option<String>,
@@ -64,7 +64,7 @@ pub(super) enum Action {
     Diagnose {},
     /// Add effects to the current model.
     Add {
-        /// `coulomb@x`.
+        /// Effects with their axes, such as `coulomb@x`.
         effects: Vec<String>,
         /// Keep what does not help.
         #[serde(default)]
@@ -76,15 +76,15 @@ pub(super) enum Action {
     Export {},
     /// Run the device's integer code on a record.
     Replay {
-        /// The record's file.
+        /// The record's file, as the study names it.
         record: String,
     },
     /// Run the firmware under QEMU on a record.
     Emulate {
-        /// The record's file.
+        /// The record's file, as the study names it.
         record: String,
     },
-    /// End what runs.
+    /// End the command that runs.
     Cancel {},
 }
 
@@ -100,33 +100,33 @@ fn number<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<f64>
 pub(super) enum Then {
     /// A model was written; it is the current one from now on, made from another one or from none.
     Model {
-        /// Its file.
+        /// The file that was written.
         file: String,
         /// The model that it was made from.
         from: Option<String>,
     },
     /// A model is shown, beside another one or alone.
     Shown {
-        /// Its file.
+        /// The model's file, as [`Entry::file`].
         model: String,
-        /// The other one.
+        /// The file of the other one.
         beside: Option<String>,
     },
     /// The model was diagnosed.
     Diagnosed {
-        /// Its file.
+        /// The model's file, as [`Entry::file`].
         model: String,
     },
     /// A study was written.
     Study,
     /// Segments were chosen; they are worked on from now on.
     Segments {
-        /// Their study.
+        /// The study of the chosen segments.
         study: String,
     },
     /// A blob was written.
     Blob {
-        /// Its file.
+        /// The blob's file in the study's folder.
         file: String,
         /// The model in it.
         model: String,
@@ -140,7 +140,7 @@ pub(super) enum Then {
 pub(super) struct Plan {
     /// What is done, in a few words.
     pub(super) what: String,
-    /// The command's words.
+    /// The command and its arguments, without the program.
     pub(super) words: Vec<String>,
     /// What becomes of the result.
     pub(super) then: Then,
@@ -158,13 +158,13 @@ impl Plan {
 
 /// What a plan is made from.
 pub(super) struct Known<'a> {
-    /// The study's folder.
+    /// The study's folder, in which all files are named.
     pub(super) folder: &'a Folder,
     /// The models that are there.
     pub(super) models: &'a [Entry],
     /// The one that is looked at.
     pub(super) current: Option<usize>,
-    /// The records' files.
+    /// The records' files, as the study names them.
     pub(super) records: &'a [String],
     /// The blob that was made last, and the model in it.
     pub(super) blob: Option<&'a (String, String)>,

@@ -4,9 +4,8 @@ use crate::report::page;
 
 /// A file of the page.
 pub(super) struct Asset {
-    /// Its media type.
+    /// Its media type, for the header `Content-Type`.
     pub(super) kind: &'static str,
-    /// Its text.
     pub(super) text: String,
 }
 

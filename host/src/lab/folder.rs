@@ -11,7 +11,7 @@ pub(super) const WRITTEN: &str = "jointwatch-lab";
 /// Where a study is, or is to be.
 #[derive(Clone, Debug)]
 pub(super) struct Folder {
-    /// The folder, whole.
+    /// The folder as an absolute path without links.
     pub(super) path: PathBuf,
     /// The study's file in it.
     pub(super) study: String,

@@ -28,9 +28,9 @@ const WAIT: Duration = Duration::from_millis(50);
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Place {
-    /// Host and port.
+    /// Host and port of a program that hands on what a device sends.
     Tcp(String),
-    /// A serial port.
+    /// The name of a serial port.
     Port(String),
 }
 
@@ -41,7 +41,7 @@ pub(super) struct Live {
     turns: watch::Sender<u64>,
 }
 
-/// One device's line.
+/// The view of one device, which a thread of its own keeps up to date.
 struct Watching {
     view: Mutex<LiveView>,
     begun: Instant,
@@ -167,7 +167,7 @@ struct Seen {
     happened: u64,
 }
 
-/// One event.
+/// What is new for one page: a server-sent event.
 #[derive(Serialize)]
 struct News {
     /// Another number: what was drawn is of another device, or of before its restart.

@@ -41,7 +41,7 @@ impl Long {
         }
     }
 
-    /// Ends the reading.
+    /// Ends the reading before the next block.
     pub(super) fn leave(&self) {
         self.left.store(true, Ordering::Relaxed);
     }

@@ -10,14 +10,14 @@ use std::time::SystemTime;
 /// Files larger than this are not looked into.
 const LARGEST: u64 = 50_000_000;
 
-/// One model.
+/// A model of the folder, as far as the page shows it.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     /// Its file, relative to the study's folder; its name everywhere.
     pub(super) file: String,
     /// `polynomial`, `network` or `none`.
     pub(super) base: &'static str,
-    /// Its effects, `coulomb@x`.
+    /// Its effects with their axes, such as `coulomb@x`.
     pub(super) effects: Vec<String>,
     /// Errors on the records that judge it.
     pub(super) errors: Vec<AxisError>,
@@ -34,7 +34,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// Reads one.
+    /// Reads what is told of a model; nothing is known of its diagnosis yet.
     pub(super) fn read(folder: &Folder, file: &str) -> crate::Result<Self> {
         let path = folder.path.join(file);
         let model = ModelFile::read(&path)?;

@@ -41,7 +41,7 @@ pub struct Lab {
 pub struct Started {
     /// Where it listens, with the token.
     pub url: String,
-    /// The study's folder.
+    /// The study's folder as an absolute path.
     pub folder: PathBuf,
     runtime: tokio::runtime::Runtime,
     listener: TcpListener,

@@ -42,7 +42,7 @@ impl Session {
         })
     }
 
-    /// The state, alone.
+    /// The state, locked for as long as it is held.
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -24,7 +24,7 @@ pub(super) enum Opened {
     Reading,
     /// There is none yet: there may be logs, of which one is to be made.
     Missing,
-    /// It was read.
+    /// It was read: what the pages are told of it, as JSON.
     Study(Value),
     /// It has a log that is too long to be held in memory; its channels are shown, and segments can
     /// be chosen.
@@ -36,13 +36,13 @@ pub(super) enum Opened {
 /// What a page draws.
 #[derive(Clone)]
 pub(super) struct View {
-    /// Its number.
+    /// A number that no other view has, by which a page knows whether it has drawn this one.
     pub(super) key: u64,
-    /// The model's file.
+    /// File of the model that is drawn.
     pub(super) model: String,
     /// The model before or beside it.
     pub(super) beside: Option<String>,
-    /// `report::page::Contents` as JSON.
+    /// `report::page::Contents` as JSON, for the page's scripts.
     pub(super) json: Arc<String>,
 }
 
@@ -68,7 +68,7 @@ pub(super) struct Job {
     pub(super) cancelled: bool,
 }
 
-/// The state.
+/// What all open pages share.
 pub(super) struct State {
     pub(super) folder: Folder,
     pub(super) opened: Opened,
@@ -140,7 +140,7 @@ impl State {
         self.blob = None;
     }
 
-    /// Remembers a command.
+    /// Keeps a command that has ended; the oldest of too many are forgotten.
     pub(super) fn remember(&mut self, done: Done) {
         self.done.push(done);
         let surplus = self.done.len().saturating_sub(REMEMBERED);

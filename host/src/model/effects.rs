@@ -26,7 +26,7 @@ pub struct ModelEffect {
 /// One parameter of an effect.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterValue {
-    /// The parameter's name.
+    /// The parameter's name, as the effect lists it.
     pub name: String,
     /// Its value, in `unit`.
     pub value: f64,

@@ -297,7 +297,7 @@ fn products<S: HostScalar>(u: S, v: S) -> [S; 16] {
 /// powers; of two inputs there is one block, and they take the place of the last two.
 #[derive(Clone, Debug)]
 struct PolynomialPoint<S> {
-    /// Per axis.
+    /// Per axis, one block for two inputs and 16 for more.
     blocks: Vec<Vec<[S; 16]>>,
 }
 

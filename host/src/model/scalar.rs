@@ -9,7 +9,7 @@ use jointwatch_shared::scalar::dual::Dual;
 pub trait HostScalar: Scalar + Send + Sync + 'static {
     /// A number that depends on nothing.
     fn constant(value: f64) -> Self;
-    /// Its value alone.
+    /// Its value alone, without what it depends on.
     fn value(self) -> f64;
     /// The quotient by another, which is not 0.
     fn over(self, other: Self) -> Self;

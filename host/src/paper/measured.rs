@@ -19,7 +19,7 @@ pub(super) struct Source {
     pub(super) name: &'static str,
     /// The folder that holds its logs, and its short name in the figures' files.
     pub(super) folder: &'static str,
-    /// Its study.toml.
+    /// The text of its study.toml.
     study: &'static str,
     /// Where a reader finds that study.
     pub(super) study_page: &'static str,

@@ -16,7 +16,7 @@ use crate::text::table::rounded;
 /// The axes of the simulated rig, as the text writes them.
 const AXES: [&str; 2] = ["x", "φ"];
 
-/// The whole page.
+/// The whole page as Markdown.
 pub(super) fn page(results: &Results) -> String {
     let mut text = introduction(results);
     text += &figures_of_the_simulation(results);

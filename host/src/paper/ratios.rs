@@ -133,7 +133,7 @@ pub fn rms_error_ratio(
 pub enum Share {
     /// A single training, from one start.
     One,
-    /// All restarts.
+    /// The trainings from all starts together.
     All,
     /// One training, up to an error of a sixteenth of the plain polynomial's.
     ToSixteenth,

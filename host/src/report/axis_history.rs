@@ -9,7 +9,7 @@ use crate::text::error::Result;
 /// What a record runs along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Along {
-    /// Time, s.
+    /// Time since the record began, s.
     Time,
     /// Rows, where the log has no time.
     Rows,
@@ -36,7 +36,7 @@ impl Along {
 /// One axis over one record; all series have the same length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisHistory {
-    /// The axis's name.
+    /// The axis's name, as in the study.
     pub axis: String,
     /// Whether it is a translation or a rotation.
     pub kind: AxisKind,

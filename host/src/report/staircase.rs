@@ -14,7 +14,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// One step: what was done, and the error of every axis after it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// `before`, `coulomb@x`, …
+    /// What was done: `before`, `coulomb@x`, …
     pub label: String,
     /// RMS error over RMS force, per axis.
     pub errors: PerAxis,

@@ -36,13 +36,12 @@ pub(super) struct AxisRecord<'a> {
     pub(super) displacement: &'a [f64],
     /// The row from which the others are known.
     pub(super) first_row: usize,
-    /// Velocity.
+    /// Relative velocity, m/s or rad/s.
     pub(super) velocity: &'a [f64],
-    /// Applied force.
+    /// Applied force, N or N·m.
     pub(super) force: &'a [f64],
     /// Acceleration of the body.
     pub(super) acceleration: &'a [f64],
-    /// Samples per second.
     pub(super) sample_rate_hz: f64,
     /// The low-pass that forces are compared behind.
     pub(super) band: &'a [f64],

@@ -33,7 +33,7 @@ pub struct Motion {
     pub record: usize,
     /// The record's row that became row 0 here.
     pub first_row: usize,
-    /// Sample rate, Hz.
+    /// Sample rate of these rows, Hz.
     pub sample_rate_hz: f64,
     /// [x, ẋ] or [x, ẋ, φ, φ̇]: relative displacement and velocity of each axis, SI, wide-band.
     pub states: Vec<Vec<f64>>,

@@ -99,7 +99,7 @@ impl MemoryLog {
     }
 }
 
-/// What was read.
+/// What was read of one log.
 pub(crate) struct Log {
     /// Per wanted column its values, as logged; `None` for an optional column that the file lacks.
     pub(crate) values: Vec<Option<Vec<f64>>>,

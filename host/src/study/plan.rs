@@ -34,7 +34,7 @@ pub(crate) struct Plan {
     pub(crate) axes: Vec<AxisPlan>,
     /// Second loggers of single records.
     pub(crate) loggers: Vec<SecondLogger>,
-    /// With their names.
+    /// Columns of the inputs, with the inputs' names.
     pub(crate) inputs: Vec<(String, Calibrated)>,
 }
 

@@ -207,7 +207,7 @@ pub(super) enum Logged<'a> {
     Files,
     /// Files, every row of them.
     Whole,
-    /// Columns in memory.
+    /// Columns that are in memory, one log for each name that the description calls a file.
     Memory(&'a [MemoryLog]),
 }
 

@@ -43,7 +43,7 @@ pub struct SurveyedTime {
     /// Whether its unit was guessed from the length of its steps.
     #[serde(skip)]
     pub(crate) guessed: bool,
-    /// Sample rate, Hz.
+    /// Sample rate that the stamps give, Hz.
     pub rate_hz: f64,
     /// Largest distance of a stamp from an even grid, in samples.
     pub jitter: f64,

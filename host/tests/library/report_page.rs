@@ -14,7 +14,7 @@ use std::process::Command;
 const SEED: u64 = 3;
 /// Largest page without its data.
 const MAX_FRAME: usize = 400_000;
-/// Largest page.
+/// Largest page with its data, bytes.
 const MAX_PAGE: usize = 2_000_000;
 
 /// A rig whose joint has dry friction that its study does not list, and the base model.

@@ -45,7 +45,7 @@ pub struct InputRange {
 pub struct Validation {
     /// 100·Σ(r − r̂)²/(N·var r), in percent.
     pub nmse_percent: f32,
-    /// RMS(r − r̂)/RMS(r).
+    /// RMS(r − r̂)/RMS(r); a part and not percent.
     pub relative_error: f32,
 }
 

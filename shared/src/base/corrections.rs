@@ -51,7 +51,7 @@ impl ForceCorrection {
         checks.done()
     }
 
-    /// [`Self::check`] among others.
+    /// [`Self::check`] as one of several, of which the first failure is kept in `checks`.
     pub(super) fn check_in(&self, axes: usize, checks: &mut Checks) {
         checks.within(
             "correction of a force gain",

@@ -13,7 +13,7 @@ use crate::fault::Error;
 use crate::scalar::fixed::round_to_i64;
 use heapless::Vec;
 
-/// 2³¹.
+/// 2³¹: one more than the largest word.
 const RAIL: f64 = 2_147_483_648.0;
 /// What a word, a row or a block may reach before roundings, which add at most 8.4 to a block.
 const BLOCK_LIMIT: f64 = RAIL - 512.0;

@@ -52,7 +52,7 @@ pub struct Neuron {
 }
 
 impl Neuron {
-    /// No neuron.
+    /// Fills the places of an array that no neuron takes.
     pub(crate) const NONE: Self = Self {
         weights: [0; 4],
         outputs: [0; 2],

@@ -36,7 +36,7 @@ pub const STEPS_PER_UNIT: u32 = 32;
 /// products for 9.6e-10.
 pub const MAX_ERROR: f64 = 2.25e-9;
 
-/// 2³¹.
+/// 2³¹: the integer that would stand for 1.
 const RAIL: f64 = 2_147_483_648.0;
 /// The last node of the table; beyond half a step after it everything is as it is there.
 pub const LAST: u32 = 12 * STEPS_PER_UNIT;

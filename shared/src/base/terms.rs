@@ -29,7 +29,7 @@ pub struct Term {
     pub(super) entry: &'static Entry,
     pub(super) axis: u8,
     pub(super) squared: bool,
-    /// See [`StoredTerm::follows`].
+    /// As [`StoredTerm::follows`], in units of 2⁻³².
     pub(super) follows: u32,
     pub(super) parameters: Parameters<Q>,
 }
@@ -37,15 +37,15 @@ pub struct Term {
 /// One effect as it is stored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StoredTerm {
-    /// The effect's tag.
+    /// The effect's number in blobs, [`Effect::TAG`](crate::effect::Effect::TAG).
     pub tag: u8,
-    /// See [`Term::axis`].
+    /// The axis that it is bound to, from 0; see [`Term::axis`].
     pub axis: u8,
-    /// See [`Term::squared`].
+    /// Whether its force goes with the square of the input.
     pub squared: bool,
     /// What [`Term::follows`] says, one unit of 2⁻³² less; 0 for an effect of the motion alone.
     pub follows: u32,
-    /// See [`Term::parameters`].
+    /// Its parameters as the law takes them; those that it has not are 0.
     pub parameters: Parameters<Q>,
 }
 
@@ -53,9 +53,9 @@ pub struct StoredTerm {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     pub(super) list: Vec<Term, MAX_TERMS>,
-    /// See [`Terms::origins`].
+    /// Per input, its center over half its range; see [`Terms::origins`].
     origins: [Q; 4],
-    /// See [`Terms::followed_origins`].
+    /// The same of followed inputs; see [`Terms::followed_origins`].
     followed_origins: [Q; 2],
     /// Whether an effect follows an input.
     follows: bool,

@@ -17,7 +17,7 @@ use crate::wire::wiring::AxisWiring;
 pub(super) enum Acceleration {
     /// The force channel already is the restoring force.
     None,
-    /// An accelerometer.
+    /// An accelerometer, where the wiring has one on the axis.
     Logged,
     /// The second derivative of the body's counter, or of the displacement where there is none.
     Derived,

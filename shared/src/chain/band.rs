@@ -57,7 +57,7 @@ impl Band {
     }
 }
 
-/// Its state.
+/// What moves of a [`Band`]: the residuals in its window, and the sums under way.
 #[derive(Clone, Debug)]
 pub(super) struct BandState {
     residuals: History<MAX_BAND_TAPS>,

@@ -97,7 +97,7 @@ pub struct Chain {
     velocity: heapless::Vec<i32, MAX_STEPS>,
     acceleration: heapless::Vec<i32, MAX_STEPS>,
     band: Band,
-    /// See [`Chain::delay`].
+    /// Samples by which an output lags; see [`Chain::delay`].
     delay: usize,
     /// Samples with which the filters are full.
     full: usize,

@@ -193,17 +193,17 @@ pub trait Effect {
 /// An effect as the table lists it.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// [`Effect::TAG`].
+    /// Its number in blobs: [`Effect::TAG`].
     pub tag: u8,
-    /// [`Effect::ACTS`].
+    /// Which forces it contributes to: [`Effect::ACTS`].
     pub acts: Acts,
-    /// [`Effect::SUBSYSTEM`].
+    /// Whether it belongs to the joint or to an instrument: [`Effect::SUBSYSTEM`].
     pub subsystem: Subsystem,
     /// How many parameters it has.
     pub parameter_count: u8,
-    /// [`Effect::STATE_BOUNDS`].
+    /// Largest magnitude of each internal state: [`Effect::STATE_BOUNDS`].
     pub state_bounds: &'static [StateBound],
-    /// [`Effect::ERROR_PROPAGATION`].
+    /// How errors of its states stay bounded: [`Effect::ERROR_PROPAGATION`].
     pub error_propagation: ErrorPropagation,
     /// The law on the device; no force for an effect that does not belong to the joint, which no
     /// model on a device can have.
@@ -220,25 +220,25 @@ pub struct Entry {
     /// The law that bounds.
     #[cfg(feature = "fit")]
     pub interval: Law<Interval>,
-    /// [`Effect::NEVER_WITH`].
+    /// Effects that cannot be beside it on an axis: [`Effect::NEVER_WITH`].
     #[cfg(feature = "fit")]
     pub never_with: &'static [&'static str],
-    /// [`Effect::REPLACES`].
+    /// Effects that are special cases of it: [`Effect::REPLACES`].
     #[cfg(feature = "fit")]
     pub replaces: &'static [&'static str],
-    /// [`Effect::LOOKS_LIKE`].
+    /// Effects that measurements cannot tell from it: [`Effect::LOOKS_LIKE`].
     #[cfg(feature = "fit")]
     pub looks_like: &'static [&'static str],
-    /// [`Effect::NEVER_LESS`].
+    /// Pairs of parameters, the first never less than the second: [`Effect::NEVER_LESS`].
     pub never_less: &'static [(usize, usize)],
-    /// [`Effect::ONE_IS_ENOUGH`].
+    /// Strengths of which one is enough: [`Effect::ONE_IS_ENOUGH`].
     pub one_is_enough: &'static [usize],
-    /// [`Effect::NOT_AT_MOST`].
+    /// Parameters at whose largest value it is another law: [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
-    /// [`Effect::IN_SI`].
+    /// Parameters that are searched for in SI: [`Effect::IN_SI`].
     #[cfg(feature = "fit")]
     pub in_si: &'static [usize],
-    /// [`Effect::ABOUT`].
+    /// Its name, its meaning and its parameters: [`Effect::ABOUT`].
     #[cfg(feature = "fit")]
     pub about: About,
 }

@@ -71,7 +71,7 @@ pub struct Sums {
     pub error: i64,
     /// Σ r², r the measured force at the same instants.
     pub force: i64,
-    /// Σ r.
+    /// Σ r, from which the mean force follows.
     pub force_sum: i64,
     /// Σ u² of displacement and velocity.
     pub state: [i64; 2],

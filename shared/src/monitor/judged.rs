@@ -26,7 +26,7 @@ pub(super) const REASONS: [Cause; 4] = [
     Cause::SamplesLost,
 ];
 
-/// Places in [`REASONS`].
+/// What keeps a block from being judged, as a place in [`REASONS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Reason {
     #[default]

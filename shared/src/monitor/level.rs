@@ -54,7 +54,6 @@ pub(super) struct Level {
     /// Blocks since the sum was last 0, and the sum of the sums after each of them.
     blocks: u16,
     area: u64,
-    /// How it stands.
     pub(super) state: State,
     /// How what it tells of came, as it was when the state last became graver.
     pub(super) onset: Onset,

@@ -52,7 +52,7 @@ pub struct Cusum {
 pub struct TwoSided {
     /// Of the statistic itself.
     pub more: Cusum,
-    /// Of its negative.
+    /// Of its negative, which grows where the statistic falls.
     pub less: Cusum,
 }
 

@@ -4,12 +4,12 @@
 //! Both replace the mantissa by a parabola: log₂(1 + f) ≈ f + c·f·(1 − f) and 2^f ≈ 1 + f − c·f·(1
 //! − f) with c = 0.3437. The host sets the limits with the same code, so its error shifts no limit.
 
-/// One octave.
+/// One octave, a factor of two, in the units of these logarithms.
 pub const OCTAVE: i32 = 1 << 10;
 /// One, where a share of the force is meant.
 pub const SHARE: i32 = 1 << 16;
 
-/// c in 2⁻¹⁶.
+/// c = 0.3437 in 2⁻¹⁶.
 const CURVE: u32 = 22_525;
 
 /// log₂(x) in 1/1024 octaves, off by 10 of them at most; 0 for 0.

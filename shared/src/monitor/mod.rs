@@ -229,7 +229,7 @@ impl Monitor {
         self.log_values
     }
 
-    /// Its limits.
+    /// The limits that it judges by.
     pub fn limits(&self) -> &Limits {
         &self.limits
     }
@@ -393,7 +393,7 @@ impl MonitorState {
         self.ending.is_under_way()
     }
 
-    /// The last verdict.
+    /// What the last [`Monitor::update`] said of the joint.
     pub fn verdict(&self) -> Verdict {
         self.verdict
     }

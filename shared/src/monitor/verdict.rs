@@ -19,7 +19,7 @@ pub enum State {
 }
 
 impl State {
-    /// Every state.
+    /// Every state, in the order of the numbers in telemetry.
     pub const ALL: [Self; 4] = [Self::Unjudged, Self::Healthy, Self::Suspect, Self::Alarm];
 
     /// The number in telemetry.
@@ -43,7 +43,7 @@ impl State {
         }
     }
 
-    /// One word.
+    /// The state in a word or two, as people read it.
     pub const fn words(self) -> &'static str {
         match self {
             Self::Unjudged => "not judged",
@@ -103,7 +103,7 @@ pub enum Cause {
     Checksum = 51,
     /// A sensor does not answer.
     TimeOut = 52,
-    /// Samples are missing.
+    /// Samples were lost, or a channel had no new value.
     Missing = 53,
     /// A counter lost its count and began anew: what it counts from is not known any more.
     ReferenceLost = 54,
@@ -149,7 +149,7 @@ pub const CHANNEL_NAMES: [&str; CHANNELS] = [
 ];
 
 impl Cause {
-    /// Every cause.
+    /// Every cause, in the order of the numbers in telemetry.
     pub const ALL: [Self; 24] = [
         Self::Starting,
         Self::AsExpected,
@@ -233,7 +233,7 @@ impl Cause {
 pub struct Verdict {
     /// How the joint stands.
     pub state: State,
-    /// Why.
+    /// Why it stands so.
     pub cause: Cause,
     /// The axis that it is about, from 0.
     pub axis: u8,

@@ -25,7 +25,6 @@ pub const HYPERBOLIC_DECAY_ERROR: f64 = UNIT;
 /// The most by which `sine` is off: half a unit for each of nine products and eight coefficients.
 pub const SINE_ERROR: f64 = 9.0 * UNIT;
 
-/// log₂ e.
 const LOG2_E: Q = Q::from_f64(core::f64::consts::LOG2_E);
 /// (1 − 2⁻ᶠ)/f = Σ c_k·f^k with c_k = (−1)^k·(ln 2)^(k+1)/(k+1)!, in 2⁻³²; from the second on they
 /// and their sums over f from −½ to ½ are below ½ and fit 32 bits.

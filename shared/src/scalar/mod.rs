@@ -112,7 +112,7 @@ pub trait Scalar: Number {
     }
     /// 1/(1 + a); 1 where `self` is negative.
     fn hyperbolic_decay(self) -> Self;
-    /// The Gaussian e^(−a²).
+    /// The Gaussian e^(−a²); beyond |a| = 5 it stays at e⁻²⁵.
     fn gaussian(self) -> Self {
         // From 5 on it is less than the device's last place, and so is the error of a large square.
         let held = self.within(Self::ratio(5, 1));

@@ -31,7 +31,6 @@ pub const PLACES: u32 = 32;
 pub const UNIT: f64 = 1.0 / (1_u64 << PLACES) as f64;
 
 impl Q {
-    /// 1.
     pub(crate) const ONE: Self = Self::from_raw(1 << PLACES);
 
     /// The number whose bits are `raw`.

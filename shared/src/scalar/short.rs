@@ -69,7 +69,7 @@ impl Short {
         }
     }
 
-    /// The stored integer.
+    /// The stored integer: the value in units of 2⁻²⁸.
     #[inline]
     pub const fn raw(self) -> i32 {
         self.raw

@@ -235,7 +235,7 @@ pub fn usual_rig(model: &Model, humming: bool) -> Result<Rig, Error> {
     Ok(rig)
 }
 
-/// Its chain.
+/// The chain of [`usual_rig`].
 #[inline(never)]
 fn usual_chain(model: &Model, humming: bool) -> Result<Chain, Error> {
     usual_rig(model, humming).and_then(|rig| Chain::new(model, &rig))

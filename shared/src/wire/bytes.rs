@@ -10,12 +10,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 pub struct Bytes<const N: usize>([u8; N]);
 
 impl<const N: usize> Bytes<N> {
-    /// These bytes.
+    /// Takes bytes over as they are.
     pub const fn new(bytes: [u8; N]) -> Self {
         Self(bytes)
     }
 
-    /// The bytes themselves.
+    /// The bytes, in the order in which they are sent.
     pub const fn bytes(&self) -> [u8; N] {
         self.0
     }

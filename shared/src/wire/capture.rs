@@ -342,7 +342,7 @@ fn counts(raw: &RawAxis) -> Counts {
 pub struct Contents {
     /// The number of its first sample.
     pub first: u64,
-    /// Samples.
+    /// Samples in it, at least one.
     pub samples: u16,
     /// Axes of the rig.
     pub axes: u8,

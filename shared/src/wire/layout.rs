@@ -12,7 +12,7 @@ use serde::{Deserialize, Serializer as _};
 /// Something that takes the same number of bytes whatever its value, and reads as something
 /// whatever its bytes.
 pub(crate) trait Field: Sized {
-    /// Bytes of it.
+    /// Bytes that every value takes.
     const LEN: usize;
     /// What the next bytes say.
     fn read(from: &mut Reader<'_>) -> Self;
@@ -31,7 +31,7 @@ impl<'a> Reader<'a> {
         Self(postcard::Deserializer::from_bytes(message))
     }
 
-    /// The next bytes.
+    /// Fills `into` with the next bytes; those that are missing leave it as it is.
     fn take(&mut self, into: &mut [u8]) {
         for place in into {
             if let Ok(byte) = u8::deserialize(&mut self.0) {

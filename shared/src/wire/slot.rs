@@ -105,7 +105,7 @@ impl Header {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
-    /// Restart.
+    /// Restart after a second.
     Restart,
     /// Go back to the model before the one that runs, and take this one never again.
     RollBack,
@@ -221,7 +221,7 @@ pub struct Seal {
     /// Grows with every upload: of two good slots the one with the larger number is the newer. 0
     /// in a file.
     pub sequence: u32,
-    /// What is signed.
+    /// What is signed: the rig block's length, release, class and digest.
     pub header: Header,
     /// Ed25519 signature of the header; `None` when nobody signed.
     pub signature: Option<[u8; SIGNATURE_LEN]>,

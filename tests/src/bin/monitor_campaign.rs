@@ -41,7 +41,7 @@ struct Asked {
     /// What the first rig is drawn from; the others from the numbers after it.
     #[arg(long, value_name = "S", default_value_t = 100)]
     seed: u64,
-    /// How many rigs.
+    /// How many rigs are drawn, each from a seed of its own.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
     rigs: u16,
 }

@@ -111,7 +111,7 @@ pub(super) fn limits(bytes: &[u8]) {
     rig_block(&block);
 }
 
-/// Signed slots.
+/// A signed slot of the reference model to begin with.
 pub(super) fn slots() -> Vec<Vec<u8>> {
     let rig = reference_rig(reference_model(), Some(7));
     let slot = signed(reference_model(), Some(&rig));

@@ -19,14 +19,14 @@ mod flash;
 #[allow(dead_code, reason = "the firmware's own tests use the rest")]
 mod signing;
 
-/// One reader.
+/// One reader of bytes that somebody else wrote.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
     /// Its name, that of its fuzz target as well.
     pub name: &'static str,
     /// Whose code the fuzzer follows.
     pub part: Part,
-    /// Reads these bytes.
+    /// Reads these bytes, whatever they are; what it asserts has to hold for all.
     pub read: fn(&[u8]),
     /// Whole inputs to begin with.
     pub seeds: fn() -> Vec<Vec<u8>>,
@@ -35,7 +35,7 @@ pub struct Target {
 /// Where what reads runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
-    /// On the host.
+    /// On the host: files of any length, and what a device sends.
     Host,
     /// On the device: short inputs, read quickly.
     Device,

@@ -58,7 +58,7 @@ pub fn draw_base(axes: usize, rng: &mut impl Rng) -> Base {
 /// Names of a study's records with their roles, and the level of the drive along and about x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// The log.
+    /// File name of the log.
     pub file: &'static str,
     /// Whether it is learnt from.
     pub training: bool,
@@ -97,9 +97,9 @@ pub struct Shaking {
     pub duration_s: f64,
     /// RMS of the full drive along (N) and about (N·m) x.
     pub size: [f64; 2],
-    /// Band, Hz.
+    /// Lowest and highest frequency of the drive, Hz.
     pub band_hz: [f64; 2],
-    /// Random or sweeping.
+    /// Random tones of the band, or sweeps through it.
     pub manner: Manner,
     /// Whether the drive grows through a record.
     pub growing: bool,

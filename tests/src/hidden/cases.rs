@@ -29,7 +29,7 @@ pub struct Options {
 /// One hidden effect with its size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hidden {
-    /// What it is.
+    /// The effect, as the catalogue lists it.
     pub subject: &'static Subject,
     /// 0 for x, 1 for φ.
     pub axis: usize,
@@ -45,7 +45,7 @@ pub struct Hidden {
 pub struct Case {
     /// Its number in the campaign.
     pub number: usize,
-    /// 1 or 2.
+    /// Axes of the rig, 1 or 2.
     pub axes: usize,
     /// What is hidden; empty in a healthy joint.
     pub hidden: Vec<Hidden>,
@@ -61,9 +61,9 @@ pub struct Case {
     pub tolerances: Option<Tolerances>,
     /// One count of the encoders, m and rad.
     pub encoder_step: [f64; 2],
-    /// The records.
+    /// The records, those of training first.
     pub plans: Vec<Plan>,
-    /// Their motion.
+    /// The motion of each of `plans`.
     pub traces: Vec<Trace>,
     /// Seed of the sensors' noise.
     pub noise_seed: u64,

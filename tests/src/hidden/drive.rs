@@ -29,7 +29,7 @@ pub enum Manner {
 }
 
 impl Drive {
-    /// Nothing.
+    /// No force at any time.
     pub fn none() -> Self {
         Self::default()
     }

@@ -5,9 +5,9 @@ use super::wild::Wild;
 /// A law's form; lengths and speeds are in the units of its axis (m, rad, m/s, rad/s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
-    /// Hooke's spring.
+    /// Hooke's spring x.
     Spring,
-    /// Linear damper.
+    /// Linear damper v.
     Damper,
     /// A spring beyond half the free play `gap` on either side.
     Play {
@@ -34,7 +34,7 @@ pub enum Form {
         ratio: f64,
         /// Speed at which the excess has fallen to 1/e.
         speed: f64,
-        /// As in [`Form::Dry`].
+        /// Speed at which friction has 71 % of its full size, as in [`Form::Dry`].
         edge: f64,
     },
     /// Turbulent drag v·|v|.
@@ -52,9 +52,9 @@ pub enum Form {
     Wen {
         /// z_y, where the loop saturates.
         saturation: f64,
-        /// β/(β + γ).
+        /// β/(β + γ); at 1 only the term with |v| is left.
         roundness: f64,
-        /// n.
+        /// n, the larger the sharper the knee.
         exponent: f64,
     },
     /// Wen's hysteresis with n = 1 that never saturates: ż = v + α·v·|z| + β·|v|·z, α above |β|, β
@@ -62,28 +62,28 @@ pub enum Form {
     HardeningWen {
         /// α, one over a length.
         both_ways: f64,
-        /// −β.
+        /// −β, one over a length, above 0.
         unloading: f64,
     },
     /// [`Form::Wen`] with β = γ behind a slip lock: ż times 1 − ζ₁·exp(−(z·sign v − q·z_y)²/ζ₂²).
     PinchedWen {
-        /// z_y.
+        /// z_y, where the loop saturates.
         saturation: f64,
-        /// n.
+        /// n, the larger the sharper the knee.
         exponent: f64,
-        /// ζ₁.
+        /// ζ₁, the part of ż that is lost at the pinch.
         lost: f64,
-        /// q·z_y.
+        /// q·z_y, where z·sign v has the pinch.
         level: f64,
-        /// ζ₂.
+        /// ζ₂, how wide the pinch is in z.
         width: f64,
     },
     /// [`Form::Wen`] with β = γ whose ż falls as the largest |x| grows: to a half where that is
     /// `excursion`. The second memory is that |x|.
     TiredWen {
-        /// z_y.
+        /// z_y, where the loop saturates.
         saturation: f64,
-        /// n.
+        /// n, the larger the sharper the knee.
         exponent: f64,
         /// Largest |x| after which it is half as stiff.
         excursion: f64,
@@ -95,7 +95,7 @@ pub enum Form {
     },
     /// Dahl's pre-sliding friction with exponent 1: dz/dx = 1 − z/z_c·sign v.
     Dahl {
-        /// z_c.
+        /// z_c, towards which z goes.
         saturation: f64,
     },
     /// LuGre: bristles of mean deflection z, ż = v − |v|·z/(z_c·g(v)), force z/z_c + damping·ż.
@@ -104,7 +104,7 @@ pub enum Form {
         deflection: f64,
         /// Static over kinetic friction.
         ratio: f64,
-        /// Stribeck speed.
+        /// Speed at which the excess of static friction has fallen to 1/e.
         speed: f64,
         /// σ₁·z_c over the kinetic friction, s.
         damping_s: f64,
@@ -121,7 +121,7 @@ pub enum Form {
         /// Phase at x = 0, rad.
         phase: f64,
     },
-    /// A constant force.
+    /// A constant force, 1 whatever the motion.
     Constant,
     /// A spring between the two axes: energy strength·x·φ.
     CrossSpring,
@@ -132,7 +132,7 @@ pub enum Form {
     },
     /// Dry friction, backwards another one.
     SidedDry {
-        /// As in [`Form::Dry`].
+        /// Speed at which friction has 71 % of its full size, as in [`Form::Dry`].
         edge: f64,
         /// Friction backwards over that forwards.
         back: f64,
@@ -153,18 +153,18 @@ pub enum Form {
     },
     /// [`Form::Wen`] with another force backwards.
     SidedWen {
-        /// As in [`Form::Wen`].
+        /// z_y of [`Form::Wen`].
         saturation: f64,
-        /// As in [`Form::Wen`].
+        /// β/(β + γ) of [`Form::Wen`].
         roundness: f64,
-        /// As in [`Form::Wen`].
+        /// n of [`Form::Wen`].
         exponent: f64,
         /// Force backwards over that forwards.
         back: f64,
     },
     /// A spring with a power of the displacement.
     PowerSpring {
-        /// The power.
+        /// The power of displacement over `length`.
         exponent: f64,
         /// Displacement at which the power is 1.
         length: f64,
@@ -173,7 +173,7 @@ pub enum Form {
     },
     /// A damper with a power of the velocity, rounded at rest.
     PowerDamper {
-        /// The power.
+        /// The power of velocity over `speed`.
         exponent: f64,
         /// Velocity at which the power is 1.
         speed: f64,
@@ -193,9 +193,9 @@ pub enum Form {
     Piston {
         /// From x = 0 to where no gas is left.
         length: f64,
-        /// n in p·Vⁿ.
+        /// n, where p·Vⁿ stays the same.
         index: f64,
-        /// Lower over upper.
+        /// Gas on the lower side over that on the upper one.
         back: f64,
     },
     /// A spring whose stiffness is its force over `length`, on either side; `back` times as much on
@@ -203,7 +203,7 @@ pub enum Form {
     Foam {
         /// Over which the force grows by a factor of e.
         length: f64,
-        /// Lower over upper.
+        /// Force of the lower side over that of the upper one.
         back: f64,
     },
     /// Springs or contacts by Hertz's law or another power, each met at a place of its own, signed.
@@ -214,7 +214,7 @@ pub enum Form {
         exponent: f64,
         /// What the penetration is relative to.
         length: f64,
-        /// Lower over upper.
+        /// Force of the lower contact over that of the upper one.
         back: f64,
     },
     /// A wave over the displacement with its second harmonic.
@@ -233,31 +233,31 @@ pub enum Form {
     },
     /// Dry friction behind a lag: ż = (direction − z)/lag.
     LateFriction {
-        /// As in [`Form::Dry`].
+        /// Speed at which the direction has 71 % of its full size, as in [`Form::Dry`].
         edge: f64,
         /// Time of the lag, s.
         lag_s: f64,
     },
     /// A spring times a power of the other axis's displacement.
     SpringTimesOther {
-        /// The power.
+        /// The power of the other axis's displacement.
         power: i32,
     },
     /// A damper times a power of the other axis's displacement.
     DamperTimesOther {
-        /// The power.
+        /// The power of the other axis's displacement.
         power: i32,
     },
     /// Dry friction that grows along the travel.
     TighterAlong {
-        /// As in [`Form::Dry`].
+        /// Speed at which friction has 71 % of its full size, as in [`Form::Dry`].
         edge: f64,
         /// Displacement at which it has its full size.
         length: f64,
     },
     /// Dry friction under the load of the spring that is deflected.
     RingSpring {
-        /// As in [`Form::Dry`].
+        /// Speed at which friction has 71 % of its full size, as in [`Form::Dry`].
         edge: f64,
     },
     /// What follows behind a lost motion, and pulls back as a spring does.
@@ -267,11 +267,11 @@ pub enum Form {
     },
     /// [`Form::Wen`] that grows with the speed: times 1 + gain·(1 − exp(−|v|/speed)).
     ThickeningWen {
-        /// z_y.
+        /// z_y of [`Form::Wen`].
         saturation: f64,
-        /// β/(β + γ).
+        /// β/(β + γ) of [`Form::Wen`].
         roundness: f64,
-        /// n.
+        /// n of [`Form::Wen`].
         exponent: f64,
         /// How much stronger it is in quick motion.
         gain: f64,
@@ -281,11 +281,11 @@ pub enum Form {
     /// [`Form::Wen`] that grips more at some places: times 1 + along·u + across·u² with u =
     /// x/length.
     PlacedWen {
-        /// z_y.
+        /// z_y of [`Form::Wen`].
         saturation: f64,
-        /// β/(β + γ).
+        /// β/(β + γ) of [`Form::Wen`].
         roundness: f64,
-        /// n.
+        /// n of [`Form::Wen`].
         exponent: f64,
         /// Displacement at which both have their full size.
         length: f64,
@@ -298,7 +298,7 @@ pub enum Form {
     BufferedContact {
         /// Half the free play.
         gap: f64,
-        /// The power.
+        /// The power of depth over `length`.
         exponent: f64,
         /// Depth of full strength.
         length: f64,
@@ -320,11 +320,11 @@ pub enum Form {
     },
     /// Outside the library: dry friction that comes and goes with time.
     FrictionInBouts {
-        /// As in [`Form::Dry`].
+        /// Speed at which friction has 71 % of its full size, as in [`Form::Dry`].
         edge: f64,
         /// Time from one onset to the next, s.
         period_s: f64,
-        /// Phase, rad.
+        /// Phase of the bouts when the record begins, rad.
         phase: f64,
     },
     /// Outside the library: a spring that acts on where the joint was.
@@ -337,9 +337,9 @@ pub enum Form {
     /// Outside the library: a spring that swings in time, as a shaft with unequal stiffness does
     /// when it turns.
     SwingingSpring {
-        /// Frequency, Hz.
+        /// Frequency of the stiffness, Hz.
         frequency_hz: f64,
-        /// Phase, rad.
+        /// Phase of the stiffness when the record begins, rad.
         phase: f64,
     },
     /// Outside the library: damping that grows with the square of the displacement.
@@ -349,7 +349,7 @@ pub enum Form {
     SmoothSpring {
         /// Displacement in which the longest wave turns by one radian.
         length: f64,
-        /// Phases, rad.
+        /// Phases of the waves at x = 0, rad, the longest wave first.
         phases: [f64; 3],
     },
     /// Outside the library: drawn at random.

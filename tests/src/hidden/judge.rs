@@ -13,7 +13,7 @@ use std::time::Instant;
 /// The verdict that a case deserves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
-    /// Nothing is missing.
+    /// Nothing is missing, for nothing is hidden.
     Nothing,
     /// What is missing is outside the library.
     Unknown,
@@ -35,7 +35,7 @@ impl Expected {
 /// What is hidden in a study, as a verdict is held against it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
-    /// Every hidden effect.
+    /// Every hidden effect with its axis.
     pub hidden: Vec<Named>,
     /// The verdict that it deserves.
     pub expected: Expected,

@@ -86,7 +86,6 @@ enum Motion {
     Earthquake,
 }
 
-/// Every manner.
 const MOTIONS: [Motion; 5] = [
     Motion::Steps,
     Motion::Sweep,
@@ -400,7 +399,7 @@ impl MachineCase {
         })
     }
 
-    /// What is hidden.
+    /// What is hidden in the joint, and the verdict that it deserves.
     pub fn truth(&self) -> Truth {
         let hidden: Vec<(&Subject, usize)> = self.hidden.iter().map(|s| (*s, 0)).collect();
         let name = self.hidden.map_or("nothing", |s| s.name);

@@ -19,7 +19,7 @@ pub struct Chain {
     pub inertia: [f64; 4],
     /// Springs between bodies 1–2, 3–4, and 4 and ground.
     pub spring: [f64; 3],
-    /// Dampers beside them.
+    /// Dampers beside the springs, in the same order.
     pub damper: [f64; 3],
 }
 
@@ -28,11 +28,11 @@ pub struct Chain {
 pub struct Base {
     /// Spring through the whole range.
     pub spring: [f64; 2],
-    /// Damper.
+    /// Damper through the whole range, N·s/m and N·m·s/rad.
     pub damper: [f64; 2],
     /// Half the free play.
     pub gap: [f64; 2],
-    /// Spring beyond it.
+    /// Spring beyond the free play, N/m and N·m/rad.
     pub contact: [f64; 2],
     /// Coefficients of the two products of Eq. (16), N·s/(m·rad).
     pub coupling: [f64; 2],
@@ -45,7 +45,7 @@ pub struct Base {
 /// A rig with what is hidden in its joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
-    /// Translation and rotation.
+    /// What is outside the joint: translation, then rotation.
     pub chains: [Chain; 2],
     /// What the user knows.
     pub base: Base,
@@ -56,7 +56,7 @@ pub struct Rig {
 /// What drives one record.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// Rows to log.
+    /// Rows to log, at [`RATE_HZ`].
     pub rows: usize,
     /// On body 1, translation first.
     pub drives: [Drive; 2],
@@ -69,11 +69,11 @@ pub struct Run {
 pub struct Trace {
     /// Absolute displacement of bodies 2 and 3.
     pub position: [[Vec<f64>; 2]; 2],
-    /// Their acceleration.
+    /// Absolute acceleration of bodies 2 and 3.
     pub acceleration: [[Vec<f64>; 2]; 2],
     /// What the shaft exerts on body 2.
     pub force: [Vec<f64>; 2],
-    /// The joint's state.
+    /// Displacement and velocity of the joint, row by row.
     pub joint: Vec<JointState>,
     /// What each hidden law exerts along and about x.
     pub hidden: Vec<[Vec<f64>; 2]>,

@@ -23,7 +23,7 @@ pub enum InstrumentFault {
     Drift,
     /// The force channel hums with an amplitude of `strength`.
     Hum {
-        /// Mains frequency, Hz.
+        /// Frequency of the mains, Hz.
         frequency_hz: f64,
         /// Phase at the beginning of each record, rad.
         phase: f64,
@@ -33,7 +33,7 @@ pub enum InstrumentFault {
 /// A fault on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faulty {
-    /// What is wrong.
+    /// The instrument error, of those that the campaign can hide.
     pub fault: InstrumentFault,
     /// 0 for the translation, 1 for the rotation.
     pub axis: usize,
@@ -60,7 +60,7 @@ pub struct Log {
     pub position: [Vec<f64>; 2],
     /// Accelerometers on bodies 2 and 3.
     pub acceleration: [Vec<f64>; 2],
-    /// Strain gauges.
+    /// Strain gauges: the force on body 2.
     pub force: Vec<f64>,
 }
 

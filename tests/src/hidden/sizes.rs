@@ -5,9 +5,9 @@
 pub struct Scale {
     /// RMS displacement over the rows that move.
     pub displacement: f64,
-    /// Its largest magnitude.
+    /// Largest magnitude of the displacement.
     pub reach: f64,
-    /// RMS velocity.
+    /// RMS velocity over the same rows.
     pub velocity: f64,
 }
 

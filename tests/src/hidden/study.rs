@@ -43,7 +43,7 @@ pub fn axis_name(axis: usize) -> &'static str {
     AXES[axis].name
 }
 
-/// The study's description.
+/// The text of study.toml, as the user would write it.
 fn description(case: &Case) -> String {
     let mut text = format!("name = \"study\"\nsample_rate_hz = {RATE_HZ:.1}\ntime = \"t_s\"\n");
     for (axis, names) in AXES.iter().enumerate().take(case.axes) {

@@ -8,7 +8,7 @@ use serde_json::Value;
 /// An effect on an axis, as a verdict names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Named {
-    /// The library's name.
+    /// The effect's name in the library.
     pub effect: String,
     /// The axis, or "both".
     pub axis: String,

@@ -17,7 +17,7 @@ pub enum Wild {
     Waves {
         /// Of displacement and velocity, how much the longest wave turns in a unit, rad.
         turns: [f64; 2],
-        /// Phases, rad.
+        /// Phases of the waves at x = v = 0, rad, the longest wave first.
         phases: [f64; 3],
     },
     /// Iwan, or Prandtl and Ishlinskii: springs in series with sliders beside each other, of any
@@ -25,7 +25,7 @@ pub enum Wild {
     Sliders {
         /// Extension at which each slips.
         slips: Memory,
-        /// Force of each.
+        /// Force of each when it slips, at strength 1.
         forces: Memory,
     },
     /// Wiechert: springs in series with dampers beside each other, with times over two decades or
@@ -33,7 +33,7 @@ pub enum Wild {
     Relaxing {
         /// Damper over spring of each, s.
         times_s: Memory,
-        /// Stiffness of each.
+        /// Stiffness of each, at strength 1.
         springs: Memory,
     },
     /// Preisach: catches beside each other, each of which pushes back until it snaps through, at
@@ -43,14 +43,14 @@ pub enum Wild {
         up: Memory,
         /// Those on the way down.
         down: Memory,
-        /// Force of each.
+        /// Force of each, at strength 1.
         forces: Memory,
         /// Way in which a relay turns.
         turn: f64,
     },
     /// A spring that is there or not, as chance has it, for one period after another.
     Switching {
-        /// The period, s.
+        /// How long the spring is there or not before chance decides anew, s.
         period_s: f64,
         /// What the chances follow from.
         seed: f64,

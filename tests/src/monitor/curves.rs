@@ -39,12 +39,12 @@ pub enum Change {
     Stiffness(f64),
     /// Its damping changes by this part, and its motion with it.
     Damping(f64),
-    /// It seizes.
+    /// It seizes: a stiffness and a damping beside it hardly let it move.
     Seized,
 }
 
 impl Change {
-    /// All of them.
+    /// Every change by each of the parts, and the joint that seizes.
     pub fn all() -> impl Iterator<Item = Self> {
         let whole = PARTS
             .iter()
@@ -135,7 +135,7 @@ impl Subject {
 pub struct Found {
     /// What became of the joint.
     pub change: Change,
-    /// On which axes.
+    /// The axes on which it changed, from 0.
     pub axes: &'static [usize],
     /// Whether it was so before the power came on.
     pub before_power_on: bool,

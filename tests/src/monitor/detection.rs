@@ -15,7 +15,7 @@ const CHANGES: usize = 5;
 pub struct Watched {
     /// The change and the axis it is of.
     pub what: String,
-    /// That axis.
+    /// The axis of the change, from 0.
     pub axis: usize,
     /// How the joint was driven.
     pub drive: &'static str,

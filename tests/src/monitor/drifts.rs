@@ -30,7 +30,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them.
+    /// All four quantities that may drift.
     pub const ALL: [Self; 4] = [Self::Stiffness, Self::Gain, Self::Zero, Self::Temperature];
 }
 
@@ -41,12 +41,12 @@ pub enum Motion {
     Ramps,
     /// Random, three seconds on and two off.
     Bursts,
-    /// A swept sine.
+    /// A sine of the random drive's RMS, swept up and down.
     Sweep,
 }
 
 impl Motion {
-    /// All of them.
+    /// All three ways to drive the rig.
     pub const ALL: [Self; 3] = [Self::Ramps, Self::Bursts, Self::Sweep];
 
     fn drives(self, subject: &Subject, seed: u64) -> [Excitation; 2] {
@@ -132,7 +132,7 @@ pub fn drifting(
 pub struct Said {
     /// The first *suspect* or alarm.
     pub suspect: Option<f64>,
-    /// The first alarm.
+    /// The first alarm; none where none was raised.
     pub alarm: Option<f64>,
     /// Whether that alarm was told as one that came slowly.
     pub slow: bool,

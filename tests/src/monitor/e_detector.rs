@@ -31,7 +31,7 @@ pub struct Increments {
 /// Means of exp(θ·z); 0 where there is no such block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moments {
-    /// Over all blocks.
+    /// Over all blocks of all records.
     pub whole: f64,
     /// Over the blocks that follow a sum at 0, and over those that follow one above it: what the
     /// past tells.
@@ -39,7 +39,7 @@ pub struct Moments {
     /// Over the records of the kind of drive with the largest, and over the record with the
     /// largest; of those with at least 256 judged blocks.
     pub drive: f64,
-    /// As said.
+    /// Over the record with the largest.
     pub record: f64,
     /// Over the 16 successive blocks with the largest.
     pub second: f64,
@@ -60,7 +60,7 @@ impl Moments {
 }
 
 impl Increments {
-    /// Means of exp(`rate`·z).
+    /// Means of exp(`rate`·z) over the increments z.
     pub fn moments(&self, rate: f64) -> Moments {
         let (mut whole, mut after) = (Mean::default(), [Mean::default(); 2]);
         let (mut drives, mut second) = (BTreeMap::<u64, Mean>::new(), 0.0_f64);

@@ -26,9 +26,9 @@ const SUMS: [&str; SIDES] = [
 /// One cumulative sum of one rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sum {
-    /// The rig's seed.
+    /// The seed that its rig was drawn from.
     pub rig: u64,
-    /// Which axis.
+    /// The axis that it watches, from 0.
     pub axis: usize,
     /// Which sum: the error's own, those for more and less stiffness and friction, or those of a
     /// gross change.
@@ -55,7 +55,7 @@ impl Sum {
 /// What a campaign saw of one kind of model.
 #[derive(Clone, Debug)]
 pub struct Campaign {
-    /// What was learnt.
+    /// What was learnt of every rig's joint.
     pub learnt: Learnt,
     /// Watched hours, all rigs together.
     pub hours: f64,

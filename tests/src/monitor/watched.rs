@@ -37,7 +37,7 @@ pub const DRIVES: u64 = 9;
 pub enum Learnt {
     /// The effects of the joint, with their values.
     Physical,
-    /// A plain polynomial.
+    /// A polynomial alone, without effects.
     Polynomial,
 }
 
@@ -45,11 +45,11 @@ pub enum Learnt {
 pub struct Subject {
     /// The study from which all else follows.
     pub simulation: Simulation,
-    /// The rig.
+    /// The rig that was simulated.
     pub rig: RigParameters,
     /// As the device holds it.
     pub model: Model,
-    /// Chain and filters.
+    /// The chain and its filters, as `replay` sets them up.
     pub set_up: SetUp,
     /// With limits from the study.
     pub monitor: Monitor,
@@ -66,7 +66,7 @@ pub struct Subject {
 /// A line of the mains in a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hum {
-    /// Its frequency, Hz.
+    /// Frequency of the line, Hz.
     pub hz: f64,
     /// Its amplitude, as a part of the RMS force of the first training record.
     pub part: f64,

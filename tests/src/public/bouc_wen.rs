@@ -24,7 +24,7 @@ const REST: usize = 750;
 const STEPS: usize = 20;
 /// RMS noise of the displacement in the training record, m.
 const NOISE_M: f64 = 8e-6;
-/// The training record.
+/// The training record: a multisine, with noise on the displacement.
 pub const TRAINING: &str = "train.csv";
 /// The test records: another multisine, and a sweep of 40 N from 20 to 50 Hz at 10 Hz a minute.
 pub const TESTS: [&str; 2] = ["multisine.csv", "sweep.csv"];

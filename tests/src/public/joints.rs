@@ -85,7 +85,7 @@ pub struct Outcome {
     pub base: Vec<f64>,
     /// What the diagnosis says.
     pub verdict: Verdict,
-    /// What was added.
+    /// Effects that were added and kept, such as `coulomb@x`.
     pub added: Vec<String>,
     /// NMSE with it, per cent.
     pub after: Vec<f64>,

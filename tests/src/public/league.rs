@@ -35,7 +35,7 @@ pub struct Figure {
     pub equation: f64,
     /// After refinement by simulation; none for an error of the equation of motion.
     pub simulation: Option<f64>,
-    /// What was learnt.
+    /// Name of the candidate that was learnt.
     pub model: String,
 }
 

@@ -43,7 +43,6 @@ struct Device {
     /// After so many more requests the device restarts.
     restart_after: Option<u32>,
     sequence: u16,
-    /// Orders that were.
     carried_out: u32,
     /// The next order does not arrive, and the device remembers something else meanwhile.
     loses_order: bool,

@@ -32,7 +32,6 @@ const EVENTS: usize = 16;
 /// The model that is on trial.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OnTrial {
-    /// Where it lies.
     pub(super) slot: Slot,
     /// It has a rig block, so that samples without an output prove nothing.
     pub(super) evaluates: bool,

@@ -6,7 +6,7 @@ use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
 #[derive(Debug)]
 pub struct NoChip;
 
-/// Nothing answers.
+/// The error of every transfer: no chip answers.
 #[derive(Clone, Copy, Debug)]
 pub struct NoAnswer;
 

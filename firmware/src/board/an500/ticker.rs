@@ -4,7 +4,7 @@ use super::{Register, unmask};
 use crate::clock::{Clock, Rate};
 use core::sync::atomic::{AtomicU32, Ordering};
 
-/// The timer's interrupt.
+/// The number of timer 0's interrupt.
 pub const INTERRUPT: i16 = 8;
 
 const CONTROL: Register = Register(0x4000_0000);

@@ -11,7 +11,7 @@ static COUNTS: AtomicU32 = AtomicU32::new(0);
 
 /// Bytes of a request besides its head.
 const MOST: usize = 256;
-/// Kind and length.
+/// Bytes of a request's head: its kind, then its length in 16 bits, little-endian.
 const HEAD: usize = 3;
 
 /// The open files; there is nothing to it, because their handles are statics.

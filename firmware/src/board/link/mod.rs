@@ -29,7 +29,8 @@ const STAGES: u8 = 0x13;
 const MEMORY: u8 = 0x14;
 const STARTED: u8 = 0x15;
 
-/// Answers to [`WAIT`].
+/// Answers to [`WAIT`]: the record has ended, or the device restarts. Any other byte counts the
+/// instants since the last sample.
 const ENDED: u8 = 0;
 const RESTART: u8 = 0xFF;
 

@@ -44,7 +44,7 @@ const LOOKS: u32 = 1000;
 pub struct SpiChip {
     /// Pins that are low while it is selected.
     select: u32,
-    /// Mode and speed.
+    /// SSPCR0 while it is selected: mode, word length, bits per second.
     control: u32,
 }
 

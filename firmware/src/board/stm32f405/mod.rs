@@ -39,10 +39,10 @@ pub const NAME: &str = "stm32f405";
 #[cfg(feature = "stm32f407")]
 pub const NAME: &str = "stm32f407";
 
-/// The chip's registers.
+/// The registers of the STM32F405.
 #[cfg(feature = "stm32f405")]
 pub use stm32f4::stm32f405 as chip;
-/// The chip's registers.
+/// The registers of the STM32F407.
 #[cfg(feature = "stm32f407")]
 pub use stm32f4::stm32f407 as chip;
 

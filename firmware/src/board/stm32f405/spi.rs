@@ -62,7 +62,7 @@ impl Error for BusFault {
 pub struct SpiChip {
     /// Pins of port B that are low while it is selected.
     select: u16,
-    /// Mode and speed.
+    /// SPI_CR1 while it is selected: mode, bits per second, enabled.
     cr1: u32,
 }
 

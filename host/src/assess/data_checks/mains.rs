@@ -98,7 +98,7 @@ pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
 
 struct SpectralLine {
     hz: f64,
-    /// Unit².
+    /// Mean square about the line, in the channel's unit squared.
     power: f64,
     /// Density over that of the highest neighbour.
     over: f64,

@@ -13,7 +13,7 @@ use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use std::f64::consts::{PI, TAU};
 
-/// Rows per window.
+/// Rows of a window of the cross-spectrum; windows overlap by half.
 const SEGMENT: usize = 2048;
 /// Squared coherence from which on a frequency counts.
 const COHERENT: f64 = 0.95;

@@ -27,7 +27,7 @@ pub(crate) struct Order {
 /// What a device can be ordered to do.
 #[derive(Clone, Copy, ValueEnum)]
 enum What {
-    /// Restart.
+    /// Restart the device.
     Restart,
     /// Go back to the model before the one that runs.
     RollBack,

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
-/// Set by Ctrl-C.
+/// Set by the first Ctrl-C; the second ends the program at once.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// What was asked for.

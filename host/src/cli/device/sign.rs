@@ -46,7 +46,7 @@ pub(super) struct Signer {
 }
 
 impl Signer {
-    /// The key itself.
+    /// The private key: that of the file, or the development key.
     pub(super) fn key(&self) -> Result<PrivateKey> {
         match &self.key {
             Some(path) => PrivateKey::read(path),

@@ -25,7 +25,7 @@ pub(super) enum FailOn {
 pub(super) enum Basis {
     /// The study's own validation records.
     Study(Calibration),
-    /// A rig block.
+    /// Those in a rig block.
     Board(Limits),
 }
 
@@ -39,7 +39,7 @@ struct OfAxis {
     judged: f64,
 }
 
-/// One record.
+/// What the monitor said over one record, from a fresh start.
 struct OfRecord {
     file: String,
     /// Every change of the joint's verdict, with its time in s.

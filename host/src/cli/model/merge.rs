@@ -35,7 +35,6 @@ impl Merge {
     }
 }
 
-/// Reads a part.
 pub(super) fn read(path: &Path) -> Result<Part> {
     let called = path.display().to_string();
     let bytes = input::read(path).map_err(|e| {

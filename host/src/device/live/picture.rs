@@ -9,7 +9,7 @@ pub struct Picture {
     /// The joint in one word: `healthy`, `suspect`, `alarm`, `not judged`, or `silent` where
     /// nothing comes.
     pub state: String,
-    /// Why.
+    /// Why it is so, as the device's last status says; of a silent device, for how long.
     pub reason: String,
     /// The line and how it is.
     pub line: String,
@@ -36,13 +36,13 @@ pub struct Picture {
 /// One axis of the joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisPicture {
-    /// Its name.
+    /// The axis's name, as the device tells it.
     pub name: String,
     /// The unit of its forces; nothing while it is not known.
     pub unit: String,
-    /// In one word.
+    /// The state in a word or two, as in [`Picture::state`], but never `silent`.
     pub state: String,
-    /// Why.
+    /// Why it is so.
     pub reason: String,
     /// Seconds since a block of it was judged last.
     pub age_s: Option<f64>,
@@ -60,7 +60,7 @@ pub struct AxisPicture {
 /// One channel of the rig.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorPicture {
-    /// Which one.
+    /// The channel's axis and sensor, in words.
     pub name: String,
     /// What is wrong with it, if anything.
     pub trouble: Option<String>,
@@ -69,18 +69,18 @@ pub struct SensorPicture {
 /// Something that was counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Counter {
-    /// What.
+    /// What was counted, in words: `messages`, `restarts`, …
     pub what: &'static str,
-    /// How often.
+    /// How often: on the device since its restart or reset, on the line since listening began.
     pub count: u64,
     /// Whether there should be none.
     pub bad: bool,
 }
 
-/// Something that happened.
+/// Something that happened on the line, on the device or to the joint.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Happened {
-    /// Counted from 1.
+    /// Its number, counted from 1 since the view began.
     pub number: u64,
     /// Seconds of the device's time, where known.
     pub time_s: Option<f64>,

@@ -24,7 +24,7 @@ pub struct Forces {
     pub measured: f64,
     /// Restoring force from the model.
     pub predicted: f64,
-    /// Measured minus predicted.
+    /// Measured minus predicted restoring force.
     pub residual: f64,
 }
 
@@ -37,7 +37,7 @@ pub struct Column {
     pub measured: [f64; 2],
     /// Of the predicted force.
     pub predicted: [f64; 2],
-    /// Of the residual.
+    /// Of the residual, measured minus predicted.
     pub residual: [f64; 2],
 }
 

@@ -195,7 +195,7 @@ impl Evidence<'_> {
         (threshold.min(f64::from(MAX_CUSUM)), variance.sqrt())
     }
 
-    /// The least threshold.
+    /// The least threshold: the fewest blocks that raise an alarm, times a step of this side.
     fn least(&self) -> f64 {
         let step = if self.side == 0 {
             MIN_STEP_OCTAVES * f64::from(OCTAVE)

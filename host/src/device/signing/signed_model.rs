@@ -155,7 +155,8 @@ impl SignedModel {
         &self.content
     }
 
-    /// What is signed.
+    /// What is signed: the rig block's length, release, class, and the digest of model and rig
+    /// block.
     pub fn header(&self) -> &Header {
         &self.header
     }

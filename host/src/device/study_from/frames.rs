@@ -23,7 +23,7 @@ pub(super) struct Run {
     pub(super) alarm: Option<u64>,
 }
 
-/// What was heard.
+/// What was heard of the device: its runs, and what was lost on the way.
 #[derive(Default)]
 pub(super) struct Heard {
     pub(super) runs: Vec<Run>,

@@ -7,7 +7,7 @@ use serde::Serialize;
 pub struct Written {
     /// The file, in the study's folder.
     pub file: String,
-    /// Rows.
+    /// Rows in the file.
     pub rows: usize,
     /// Places at which rows are missing before the next one.
     pub gaps: usize,
@@ -20,9 +20,9 @@ pub struct Written {
 /// A study that was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StudyFrom {
-    /// Its records.
+    /// The records that were written, also those that study.toml does not name.
     pub records: Vec<Written>,
-    /// Samples per second.
+    /// Samples per second in the records; a device that streams every n-th sample gives fewer.
     pub sample_rate_hz: f64,
     /// What a person should know, one sentence each.
     pub notes: Vec<String>,

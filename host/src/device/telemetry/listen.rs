@@ -30,7 +30,7 @@ pub enum Heard {
 /// What was heard, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
-    /// Bytes that arrived.
+    /// Bytes that arrived, in whole frames or not.
     pub bytes: u64,
     /// Messages that were decoded.
     pub messages: u64,

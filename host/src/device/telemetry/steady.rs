@@ -40,9 +40,9 @@ pub struct Caught {
 /// Which samples are wanted of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
-    /// None.
+    /// No samples are asked for.
     Nothing,
-    /// Every so many.
+    /// One of every so many samples.
     Every(u16),
     /// As many as a screen can show, and fewer where the line is too slow.
     Shown,
@@ -75,7 +75,7 @@ impl SteadyLine {
         })
     }
 
-    /// Where it leads.
+    /// Where the line leads, as it was opened.
     pub fn source(&self) -> &Source {
         &self.source
     }

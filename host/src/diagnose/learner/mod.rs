@@ -21,7 +21,7 @@ use smooth::Smooth;
 const MAX_ROWS: usize = 5000;
 /// Folds on which it is asked what the remainder follows.
 const FIRST_FOLDS: usize = 3;
-/// Moments ago, s.
+/// How long ago the displacement and velocity are that the learner sees besides, s.
 const DELAYS_S: [f64; 4] = [0.005, 0.012, 0.03, 0.06];
 /// A turn of the motion is one of this part of the travel.
 const TURN: f64 = 0.01;

@@ -57,7 +57,7 @@ pub(super) struct Search {
     pub(super) last: Model,
     /// What is missing: the effects of the last model that the first has not.
     pub(super) found: Vec<AxisEffect>,
-    /// One per axis.
+    /// One per axis, in the study's order.
     pub(super) decisions: Vec<Decision>,
     pub(super) refuted: Vec<Refuted>,
     /// Per axis, the zeros of force, where they differ from record to record.

@@ -35,7 +35,7 @@ const NEAR: f64 = 1.5;
 /// A hypothesis that was looked at.
 #[derive(Clone)]
 pub(crate) struct Looked {
-    /// With its values.
+    /// The effects with the values that fit best.
     pub(crate) hypothesis: Hypothesis,
     pub(crate) parts: Vec<Part>,
     pub(crate) score: Score,

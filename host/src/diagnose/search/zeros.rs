@@ -106,7 +106,7 @@ pub(crate) fn own_zero(
 
 /// Zeros of force beside a hypothesis.
 pub(crate) struct Zeros {
-    /// What says so.
+    /// The effect that a model has for them: with one parameter they stand, with more they drift.
     pub(crate) own: AxisEffect,
     /// Of every record: its zero, N or N·m, or its slope, per second.
     of_records: Vec<f64>,
@@ -121,7 +121,7 @@ pub(crate) struct Zeros {
 }
 
 impl Zeros {
-    /// Those of records.
+    /// Fits the zeros of the records beside a hypothesis, for the effect `own`.
     pub(crate) fn of(records: &Records<'_>, hypothesis: &Hypothesis, own: AxisEffect) -> Self {
         let with_one = with_one_zero(own.axis, hypothesis);
         let [before, after] = [(&with_one, None), (hypothesis, Some(own))]
@@ -170,7 +170,7 @@ impl Zeros {
         chance_of_gain(&self.gains)
     }
 
-    /// Whether they drift.
+    /// Whether they drift while a record runs.
     pub(crate) fn drift(&self) -> bool {
         self.own.entry.parameters().len() > 1
     }

@@ -26,9 +26,9 @@ pub(crate) type Projection<'a> = &'a (dyn Fn(&mut [f64]) + Sync);
 pub(crate) struct Sample {
     /// Since the record began, s.
     pub(crate) time_s: f64,
-    /// m or rad.
+    /// Relative displacement, m or rad.
     pub(crate) displacement: f64,
-    /// m/s or rad/s.
+    /// Relative velocity, m/s or rad/s.
     pub(crate) velocity: f64,
 }
 

@@ -20,7 +20,7 @@ struct Unit {
     phase: f64,
 }
 
-/// Strengths that stay.
+/// Leaves a law's parameters as they are at every row.
 pub(super) fn unchanged<S>(_: &TimeHistory<'_>) -> fn(usize, &mut Parameters<S>) {
     |_, _| ()
 }

@@ -34,7 +34,7 @@ pub(crate) struct Solved {
     pub(crate) factors: Vec<f64>,
     /// Whether a factor would be outside what is physical, and is held at the bound.
     pub(crate) held: Vec<bool>,
-    /// Σ (residual·weight)².
+    /// Σ (residual·weight)² over the rows of all axes.
     pub(crate) cost: f64,
     /// Linear unknowns that the records determine.
     pub(crate) rank: usize,

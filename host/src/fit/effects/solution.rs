@@ -30,11 +30,10 @@ pub(crate) type AnotherStart<'a> = &'a dyn Fn(&Records<'_>) -> Result<Option<Vec
 
 /// A sum of terms at its best, before it is put into words.
 pub(crate) struct Solution {
-    /// The shape unknowns.
     pub(crate) shapes: Vec<ShapeUnknown>,
     /// One over the standard deviation of each axis's residual.
     pub(crate) weights: Vec<f64>,
-    /// Values and residual.
+    /// The terms at the best shapes.
     pub(crate) solved: Solved,
     /// Why the search stopped.
     pub(crate) stopped: Stopped,

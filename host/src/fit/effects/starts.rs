@@ -23,7 +23,6 @@ const ROUNDS: usize = 3;
 struct Choice {
     /// (unknown, value in SI).
     shapes: Vec<(usize, f64)>,
-    /// Columns.
     columns: std::ops::Range<usize>,
 }
 

@@ -23,11 +23,11 @@ pub(super) struct Precisions {
 /// The sizes that the estimates are made from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sizes {
-    /// P.
+    /// P: weights and biases of both layers.
     pub(super) parameters: f64,
     /// N: rows times outputs.
     pub(super) residuals: f64,
-    /// Σ r².
+    /// Σ r² over all residuals.
     pub(super) squared_error: f64,
     /// Σ w² over all weights and biases.
     pub(super) squared_weights: f64,
@@ -38,7 +38,7 @@ pub(super) struct Sizes {
 const RIDGE_PER_RESIDUAL: [f64; 2] = [1e-13, 1.0];
 
 impl Precisions {
-    /// ρ = α/β.
+    /// ρ = α/β: what Σ w² counts beside Σ r² in what is minimised.
     pub(super) fn ridge(self) -> f64 {
         self.alpha / self.beta
     }

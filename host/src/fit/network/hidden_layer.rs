@@ -18,7 +18,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul as triangular_matm
 use faer::{Accum, Mat, MatRef, Par};
 use pulp::{Arch, Simd, WithSimd};
 
-/// Rows taken together.
+/// Rows whose values and derivatives are in memory at a time.
 const BLOCK: usize = 256;
 
 /// Sums over rows from which the output layer follows.
@@ -39,7 +39,7 @@ pub(super) struct CurvatureSums {
     pub(super) inner: Mat<f64>,
     /// D·P (rows) with Φ (columns).
     pub(super) mixed: Mat<f64>,
-    /// Φ with Φ.
+    /// Φ (rows) with Φ (columns).
     pub(super) outer: Mat<f64>,
 }
 

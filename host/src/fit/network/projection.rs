@@ -24,7 +24,7 @@ pub(super) struct OutputLayer {
     pub(super) weights: Mat<f64>,
     /// Σ r² of every output.
     pub(super) squared_errors: Vec<f64>,
-    /// |c|².
+    /// |c|²: the sum of the squares of all weights and biases of the layer.
     pub(super) size: f64,
 }
 

@@ -13,7 +13,6 @@ pub(super) struct Piece<'a> {
 }
 
 impl<'a> Piece<'a> {
-    /// Rows.
     pub(super) fn rows(&self) -> usize {
         self.forces.first().map_or(0, |series| series.len())
     }
@@ -35,9 +34,9 @@ impl<'a> Piece<'a> {
 /// spread over each; every further stage adds the rows half-way between, which doubles them.
 #[derive(Clone, Debug)]
 pub(super) struct Rows {
-    /// Inputs per row.
+    /// Numbers of each row in `x`.
     pub(super) inputs: usize,
-    /// Outputs per row.
+    /// Numbers of each row in `y`.
     pub(super) outputs: usize,
     /// Row after row, every input.
     pub(super) x: Vec<f64>,
@@ -92,7 +91,7 @@ impl Rows {
         rows
     }
 
-    /// All rows.
+    /// Rows of the last stage, which are all.
     pub(super) fn count(&self) -> usize {
         self.y.len() / self.outputs
     }

@@ -49,7 +49,7 @@ pub(super) struct Snapshot {
     pub(super) errors: Vec<f64>,
 }
 
-/// A finished training.
+/// How one training went, and why it stopped.
 #[derive(Clone, Debug)]
 pub(super) struct Training {
     pub(super) stop: Stop,

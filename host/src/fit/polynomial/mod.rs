@@ -67,7 +67,7 @@ pub struct AxisFit {
 /// A fitted polynomial and what is to be known about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolynomialFit {
-    /// The fitted polynomial.
+    /// The polynomial of every axis, with the normalisation of its inputs.
     pub polynomial: Polynomial,
     /// Per axis, stated or identified.
     pub inertia: Vec<Inertia>,

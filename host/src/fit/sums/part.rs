@@ -51,7 +51,7 @@ struct Head {
 }
 
 impl Part {
-    /// Of no record.
+    /// Sums of a plan to which no record has been added yet.
     fn empty(plan: &Plan) -> Self {
         let axes = plan.axes.len();
         let folds = if plan.has_polynomial() {

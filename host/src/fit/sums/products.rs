@@ -34,7 +34,6 @@ pub(super) fn with_products<const N: usize>(
 /// Rows of numbers, one row after the other.
 #[derive(Clone, Copy)]
 pub(crate) struct Rows<'a> {
-    /// The numbers.
     pub(crate) values: &'a [f64],
     /// How many each row has.
     pub(crate) width: usize,

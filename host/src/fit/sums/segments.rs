@@ -59,7 +59,7 @@ pub struct Selection {
 struct Segment {
     /// The first digits of a hash: the segment's turn within its cell, and its name.
     rank: String,
-    /// The record's file.
+    /// The record's file, by which it is known again wherever it lies.
     file: String,
     sha256: String,
     /// The row of the record with which it begins.
@@ -71,7 +71,7 @@ struct Segment {
 }
 
 impl Selection {
-    /// Of no segment.
+    /// A choice that holds no segment yet.
     pub fn new(plan: Plan, choice: Choice) -> Self {
         Self {
             format: FORMAT.into(),

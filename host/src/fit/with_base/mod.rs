@@ -38,7 +38,7 @@ const MIN_NEW: f64 = 1e-4;
 
 /// A base with effects beside it, as fitted.
 pub(crate) struct WithBase {
-    /// The effects.
+    /// The effects with their values beside the base.
     pub(crate) effects: EffectsFit,
     /// The base, its factors found anew.
     pub(crate) base: Base,

@@ -93,7 +93,7 @@ impl NuisanceProjection {
         })
     }
 
-    /// Φᵀ·series/N.
+    /// Φᵀ·series/N: what each function has in common with a series.
     fn onto(&self, series: &[f64]) -> Mat<f64> {
         let mut out = Mat::zeros(self.design.ncols(), 1);
         matmul(

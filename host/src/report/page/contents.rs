@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 /// Everything on the page. Numbers are in SI; the scripts choose prefixes.
 #[derive(Clone, Debug, Serialize)]
 pub struct Contents {
-    /// The study's name.
+    /// The study's name, which is the page's title.
     pub title: String,
     /// The command that made the page.
     pub asked: String,
     /// The day on which it was made; none when that was not wanted.
     pub made: Option<String>,
-    /// The program's version.
+    /// The version of the program that made the page.
     pub version: &'static str,
     /// The answer in one sentence.
     pub answer: String,
@@ -58,7 +58,7 @@ pub struct ResponseAxis {
     pub measured: Packed,
     /// Simulated; not a number where the simulation had diverged.
     pub simulated: Packed,
-    /// 100·Σ(x−x̂)²/(N·var x).
+    /// NMSE of the displacement x, 100·Σ(x−x̂)²/(N·var x), percent.
     pub nmse_percent: f64,
     /// The axis rests in this record.
     #[serde(rename = "rests")]
@@ -68,7 +68,7 @@ pub struct ResponseAxis {
 /// One axis: its errors, its model, its residual over all judged rows.
 #[derive(Clone, Debug, Serialize)]
 pub struct AxisContents {
-    /// Its name.
+    /// The axis's name, as in the study.
     pub name: String,
     /// Units of displacement, velocity, force: SI symbols.
     pub units: Units,
@@ -116,9 +116,9 @@ pub struct ModelWords {
 /// One effect with its values.
 #[derive(Clone, Debug, Serialize)]
 pub struct Term {
-    /// `coulomb@x`.
+    /// The effect and its axis: `coulomb@x`.
     pub name: String,
-    /// What it is.
+    /// What the effect is, in a few words; empty for one that the program does not know.
     pub title: String,
     /// The law as an equation.
     pub law: String,
@@ -172,7 +172,7 @@ pub struct Plane {
     pub displacement: [f64; 2],
     /// Range of the velocity.
     pub velocity: [f64; 2],
-    /// Rows per cell.
+    /// How many rows fall into each cell.
     pub rows: Vec<u32>,
     /// Mean residual per cell.
     pub mean: Vec<Option<f32>>,
@@ -189,7 +189,7 @@ pub struct Plane {
 pub struct Curve {
     /// Middle of every bin.
     pub at: Vec<f64>,
-    /// Mean.
+    /// Mean residual of every bin, N or N·m.
     pub mean: Vec<f64>,
     /// A tenth of the bin's rows lies below.
     pub low: Vec<f64>,
@@ -263,7 +263,7 @@ pub struct SampleVersion {
     pub measured: Packed,
     /// Measured minus predicted force, N or N·m.
     pub residual: Packed,
-    /// 100·Σe²/(N·var r).
+    /// NMSE: 100·Σe²/(N·var r), percent, e the residual and r the measured force.
     pub nmse_percent: f64,
     /// MATLAB's fit: 100·(1 − ‖e‖/‖r − mean r‖).
     pub fit_percent: f64,
@@ -328,9 +328,9 @@ pub struct StateCondition {
 /// A candidate for what is missing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Candidate {
-    /// `coulomb@x`.
+    /// The effect and its axis: `coulomb@x`.
     pub name: String,
-    /// What it is.
+    /// What the effect is, in a few words; empty for one that the program does not know.
     pub title: String,
     /// Its axis, from 0; none when it acts on both.
     pub axis: Option<usize>,

@@ -24,7 +24,7 @@ const MAX_ROWS: usize = 16_384;
 const MAX_LAG: usize = 160;
 /// A lag is at most this part of the shortest record.
 const SHARE_OF_RECORD: usize = 8;
-/// Surrogates.
+/// Surrogates that the bounds are made from.
 const SURROGATES: usize = 120;
 /// Lags at which every surrogate is looked at.
 const LOOKS: usize = 6;

@@ -5,7 +5,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest, Sha256};
 
-/// Styles, uPlot's first.
+/// Style sheets, uPlot's before the page's own.
 const STYLES: [&str; 2] = [
     include_str!("web/uplot/uPlot.min.css"),
     include_str!("web/style.css"),

@@ -24,7 +24,7 @@ const SAMPLE_CHARACTERS: f64 = 1.5e6;
 /// The part of the times since a reversal that is drawn: the longest are pauses.
 const DRAWN_TIMES: f64 = 0.98;
 
-/// Gathers the page.
+/// Gathers what the page shows of a model and, where there is one, of the model before it.
 pub(super) fn contents(asked: &Asked<'_>) -> Result<Contents> {
     let study = asked.study;
     let mut versions = Vec::new();

@@ -37,11 +37,11 @@ pub fn html(asked: &Asked<'_>) -> Result<String> {
 /// What a page shows, gathered and written as JSON: ready to become a file, or to be drawn in the
 /// lab.
 pub struct Gathered {
-    /// The study's name.
+    /// The study's name, which is the page's title.
     pub title: String,
     /// The answer in one sentence.
     pub answer: String,
-    /// [`Contents`] as JSON.
+    /// [`Contents`] as JSON, for the page's scripts.
     pub json: String,
 }
 

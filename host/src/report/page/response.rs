@@ -8,7 +8,7 @@ use crate::study::Study;
 /// Rows per record on the page.
 const MAX_ROWS: usize = 8_000;
 
-/// Every simulated record.
+/// Every simulated record beside the motion that it is held against.
 pub(super) fn gather(response: &Response, study: &Study) -> Vec<ResponseContents> {
     let against = match response.against {
         Against::Truth => "the rig's true motion",

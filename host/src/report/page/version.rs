@@ -12,9 +12,8 @@ use crate::text::error::{Error, Result};
 pub(super) struct Version<'a> {
     /// Its name on the page.
     pub(super) label: String,
-    /// The model.
     pub(super) model: &'a ModelFile,
-    /// Its errors.
+    /// Its errors on the study, record by record and on all records of a role.
     pub(super) comparison: Comparison,
     /// Record by record, axis by axis.
     pub(super) histories: Vec<Vec<AxisHistory>>,

@@ -240,7 +240,7 @@ fn draw_words(area: &DrawingArea<SVGBackend, Shift>, regions: &[Region]) -> Resu
     Ok(())
 }
 
-/// A failing region.
+/// A failing region, and the letter by which the plot names it.
 struct Region {
     letter: char,
     boxes: Vec<Frame>,

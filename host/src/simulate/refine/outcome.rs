@@ -43,7 +43,7 @@ pub struct Refinement {
 /// One axis of one record, simulated by the model before and after.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SimulatedChange {
-    /// The record's file.
+    /// The record's file, as the study names it.
     pub file: String,
     /// Learnt from or not.
     pub role: Role,

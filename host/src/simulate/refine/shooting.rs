@@ -24,7 +24,7 @@ use rayon::prelude::*;
 /// Gauss–Newton steps for the starts alone.
 const STEPS_OF_STARTS: usize = 4;
 
-/// What is simulated.
+/// The model, its unknowns, and the stretches of records over which it is simulated.
 pub(super) struct Shooting<'a> {
     pub(super) model: &'a ModelFile,
     pub(super) unknowns: &'a Unknowns,

@@ -21,9 +21,9 @@ type State = SVector<f64, 8>;
 /// A stretch of a record that is simulated from a start of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Stretch {
-    /// Which body.
+    /// Which of the records that drive a body.
     pub(super) body: usize,
-    /// Its rows.
+    /// Rows of that record's motion.
     pub(super) rows: Range<usize>,
 }
 

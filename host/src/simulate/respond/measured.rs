@@ -45,7 +45,7 @@ struct DrivenAxis {
     force: Excitation,
     /// o, m or rad.
     far: Excitation,
-    /// Its velocity.
+    /// Velocity of the far side, m/s or rad/s.
     far_velocity: Excitation,
 }
 

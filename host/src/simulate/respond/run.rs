@@ -170,7 +170,8 @@ impl Simulated {
     }
 }
 
-/// One run.
+/// One run that starts anew every `restart_rows`; behind a divergence its states are NaN until the
+/// next start.
 fn run<M: Mechanism>(
     mut mechanism: M,
     motion: &MeasuredMotion,

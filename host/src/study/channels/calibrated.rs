@@ -43,7 +43,7 @@ impl Calibrated {
         move |value| (value * scale + offset) * factor
     }
 
-    /// Its SI unit.
+    /// The SI unit of its quantity; empty for an input.
     pub(crate) fn unit(&self) -> String {
         self.quantity.si()
     }

@@ -193,7 +193,7 @@ impl Description {
         }
     }
 
-    /// The study's inputs.
+    /// The inputs: those that the study names, and spare columns that were added to them.
     pub(crate) fn inputs(&self) -> Vec<Input> {
         let inputs = self.input.iter().map(|entry| Input {
             name: entry.name.get_ref().clone(),

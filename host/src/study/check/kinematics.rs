@@ -63,7 +63,7 @@ pub(crate) fn alike(series: &[f64], lag: usize) -> Vec<f64> {
 /// How one series follows another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Likeness {
-    /// Coefficient of correlation.
+    /// Coefficient of correlation, −1 to 1.
     pub(crate) correlation: f64,
     /// The factor by which the first is larger than the second, with its sign.
     pub(crate) gain: f64,

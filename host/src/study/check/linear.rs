@@ -16,12 +16,12 @@ pub(crate) struct Linear {
     rows: usize,
 }
 
-/// What was found.
+/// The solution of a [`Linear`] fit.
 #[derive(Clone, Debug)]
 pub(crate) struct Fitted {
     /// One per column; the constant is left out.
     pub(crate) coefficients: Vec<f64>,
-    /// Their standard errors.
+    /// Standard errors of the coefficients, from leaving out one block at a time.
     pub(crate) errors: Vec<f64>,
     /// RMS of coefficient times column, over the target's RMS.
     pub(crate) shares: Vec<f64>,

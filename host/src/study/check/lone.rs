@@ -23,7 +23,6 @@ const IMPOSSIBLE: f64 = 10.0;
 /// A row that stands alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lone {
-    /// Which.
     pub(crate) row: usize,
     /// How far it is from the middle of its neighbours.
     pub(crate) off: f64,

@@ -41,7 +41,7 @@ impl Trace {
 /// Of what a study's records are.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Extent {
-    /// All there are.
+    /// All there are: what stands still in every one of them never moves.
     Whole,
     /// One of more: what stands still in it may move in others.
     Part,

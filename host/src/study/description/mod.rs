@@ -13,7 +13,7 @@ use std::fmt;
 use std::path::Path;
 use toml::Spanned;
 
-/// The whole file.
+/// The keys of study.toml, those of its tables below them.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Description {
@@ -171,7 +171,7 @@ pub(crate) enum Force {
 }
 
 impl Force {
-    /// Its columns.
+    /// Its columns; none where nothing is applied.
     pub(crate) fn columns(&self) -> &[ChannelTable] {
         match self {
             Self::Columns(columns) => columns,
@@ -368,7 +368,7 @@ impl Source<'_> {
         })
     }
 
-    /// “study.toml, line 7”.
+    /// Where a byte stands: “study.toml, line 7”; the file alone where nobody wrote its lines.
     pub(crate) fn at(&self, byte: usize) -> String {
         if !self.written {
             return self.path.display().to_string();

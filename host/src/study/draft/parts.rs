@@ -57,7 +57,7 @@ impl Said {
 /// A study that has not been written yet.
 #[derive(Clone, Debug)]
 pub struct Draft {
-    /// Its name.
+    /// The study's name, as study.toml states it.
     pub name: String,
     /// The time column, unless the rate is stated.
     pub time: Option<SurveyedTime>,
@@ -81,7 +81,7 @@ pub struct Draft {
 /// One axis of a draft.
 #[derive(Clone, Debug)]
 pub struct DraftAxis {
-    /// Its name.
+    /// The axis's name: `x` or `phi`.
     pub name: String,
     /// Whether it is a translation or a rotation.
     pub kind: AxisKind,
@@ -107,7 +107,7 @@ pub struct DraftAxis {
 }
 
 impl DraftAxis {
-    /// All its columns.
+    /// Columns of all its channels, those of the displacement first.
     pub(super) fn columns(&self) -> impl Iterator<Item = &str> {
         let single = [&self.velocity, &self.body_position, &self.acceleration];
         let single = single.into_iter().flatten();

@@ -302,7 +302,7 @@ fn written(channel: &DraftChannel) -> String {
     }
 }
 
-/// A TOML string.
+/// A text as a TOML string, with its quotes.
 fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// A study with a log too long to be held in memory.
 pub struct LongStudy {
-    /// Its name.
+    /// The study's name, as study.toml states it.
     pub name: String,
     /// The sample rate that it states, Hz.
     pub sample_rate_hz: Option<f64>,
@@ -32,7 +32,7 @@ pub struct LongStudy {
     template: Template,
 }
 
-/// One `[[record]]`.
+/// One `[[record]]` of study.toml.
 #[derive(Clone, Debug)]
 pub struct LongRecord {
     /// The file as study.toml names it.
@@ -60,7 +60,7 @@ pub struct Channels {
 
 /// A column of a log, and what makes SI of its numbers.
 pub struct Channel {
-    /// The column.
+    /// The column's name in the log.
     pub name: String,
     /// Its SI unit; nothing for an input.
     pub unit: String,

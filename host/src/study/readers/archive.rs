@@ -49,7 +49,7 @@ fn directory(bytes: &[u8]) -> Option<Vec<Entry<'_>>> {
     Some(entries)
 }
 
-/// The archive's entries.
+/// The archive's entries, still packed.
 pub(super) fn entries<'a>(request: &Request<'_>, bytes: &'a [u8]) -> Result<Vec<Entry<'a>>> {
     directory(bytes).ok_or_else(|| {
         request.error("is a ZIP archive without a whole directory at its end; it was cut off or damaged, copy it again")
@@ -57,7 +57,7 @@ pub(super) fn entries<'a>(request: &Request<'_>, bytes: &'a [u8]) -> Result<Vec<
 }
 
 impl<'a> Entry<'a> {
-    /// Its content.
+    /// Its content, unpacked.
     pub(super) fn content(&self, request: &Request<'_>) -> Result<Cow<'a, [u8]>> {
         match self.method {
             0 => Ok(Cow::Borrowed(self.packed)),

@@ -94,7 +94,7 @@ enum Rows<'a> {
     Matrix(&'a [Value]),
     /// Objects, with the keys of the first.
     Objects(&'a [Value], Vec<&'a String>),
-    /// Columns by name.
+    /// Columns by name, all equally long.
     Columns(Vec<(&'a String, &'a [Value])>),
 }
 

@@ -60,7 +60,7 @@ pub(super) struct Array {
     start: usize,
     /// Bytes of all elements.
     bytes: usize,
-    /// The columns' names.
+    /// Names of the columns: those of fields, of the array or of the study, else numbers.
     pub(super) columns: Vec<String>,
 }
 

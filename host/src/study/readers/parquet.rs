@@ -69,7 +69,7 @@ pub(super) struct Groups {
     pub(super) rows: usize,
 }
 
-/// One column.
+/// A column of numbers, as the file's metadata describe it.
 pub(super) struct Described {
     pub(super) name: String,
     pub(super) unit: Option<String>,

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Rows of the stretch that is looked for at most: with 200 ppm of drift its ends are 1.6 samples
 /// apart.
 const LONGEST_STRETCH: usize = 8192;
-/// Stretches tried.
+/// Stretches that are tried, evenly spaced over the log; the one most alike is taken.
 const TRIED: usize = 7;
 /// Correlation below which two stretches show nothing in common.
 const ALIKE: f64 = 0.7;

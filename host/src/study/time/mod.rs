@@ -144,7 +144,7 @@ pub(crate) fn median(mut steps: Vec<f64>) -> Option<f64> {
 /// The stamps of a log that is only looked at.
 pub(crate) struct Stamps {
     pub(crate) rate_hz: f64,
-    /// In samples.
+    /// Largest distance of a stamp from an even grid, in samples.
     pub(crate) jitter: f64,
     /// Samples that are missing, and in how many places.
     pub(crate) missing: usize,

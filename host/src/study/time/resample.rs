@@ -32,7 +32,7 @@ pub(crate) struct Resampler {
     /// Times of the samples in grid points from the first unknown; `None` for those too far
     /// outside to say anything.
     places: Vec<Option<f64>>,
-    /// Cholesky factor.
+    /// The Cholesky factor of the normal equations, row by row.
     root: Vec<Row>,
     /// Points of the grid that was asked for.
     points: usize,

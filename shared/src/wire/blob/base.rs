@@ -27,7 +27,7 @@ const NONE: u8 = 3;
 pub(super) struct BaseHeader {
     /// Which kind it is.
     pub(super) tag: u8,
-    /// One or two.
+    /// Axes of the model, one or two.
     pub(super) axes: u8,
     /// Of a polynomial; 0 for others.
     pub(super) orders: [u8; 4],
@@ -132,7 +132,7 @@ pub(super) fn read(header: BaseHeader, bytes: &[u8; LEN]) -> Result<Base, Error>
     }
 }
 
-/// A network.
+/// Reads a network: the number of neurons, the biases of the outputs, the neurons.
 fn network(axes: u8, mut from: Reader<'_>) -> Result<NetworkModel, Error> {
     let count = u32::read(&mut from);
     let mut checks = Checks::new();

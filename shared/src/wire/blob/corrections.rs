@@ -12,7 +12,7 @@ pub(super) const OFFSET: usize = super::effects::OFFSET + super::effects::LEN;
 pub(super) const LEN: usize = 2 * CorrectionMessage::LEN;
 
 laid_out! {
-/// One force channel.
+/// What is wrong with one force channel, in the order of its bytes.
 #[derive(Clone, Copy)]
 struct CorrectionMessage {
     excess: f64,

@@ -59,7 +59,7 @@ pub enum Damage {
     /// Undamaged, but with a tag or with fields that this program does not know: the other end is
     /// newer.
     Unknown {
-        /// Its tag.
+        /// The tag of the message.
         tag: u8,
     },
 }

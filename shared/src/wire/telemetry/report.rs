@@ -104,7 +104,7 @@ impl ModelIdentity {
 /// What a person needs to read the forces of one axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisIdentity {
-    /// The axis's name.
+    /// The axis's name, as in the model.
     pub name: Text,
     /// Whether it is a translation or a rotation.
     pub kind: Quantity,
@@ -195,7 +195,7 @@ pub struct Alarm {
 pub struct Upkeep {
     /// The first alarm of an earlier run, until it is acknowledged.
     pub alarm: Option<KeptAlarm>,
-    /// The supply.
+    /// The supply of the chip, and whether it is too low for the flash.
     pub supply: Supply,
 }
 

@@ -32,7 +32,7 @@ pub enum Request {
     /// Something that the device does only when its owner signs for it. Answered by
     /// [`Answer`](super::Answer).
     Order {
-        /// What it is.
+        /// What the device is to do.
         order: Order,
         /// The number that [`Access`](super::Access) tells.
         number: u32,

@@ -19,7 +19,7 @@ pub const MAX_CHUNK: usize = 128;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// A model blob.
+    /// A model blob, with the rig block behind it where there is one.
     Model,
     /// A rig block alone, which today's firmware takes no more.
     Rig,
@@ -78,7 +78,7 @@ pub enum UploadReply {
     },
     /// The content was checked and takes effect.
     Activated {
-        /// What is uploaded.
+        /// What was uploaded: a model or a rig block.
         kind: Kind,
         /// The slot of a model; `None` for a rig block.
         slot: Option<Slot>,

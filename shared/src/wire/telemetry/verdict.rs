@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// enums, so that a receiver that does not know a newer one still reads the rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The state's code.
+    /// The code of the state, [`State::tag`].
     pub state: u8,
     /// The code of the reason for it.
     pub cause: u8,

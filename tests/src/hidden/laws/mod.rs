@@ -26,7 +26,7 @@ pub struct Surroundings {
 /// A law at work on an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
-    /// Its form.
+    /// The law's form, of which the force is `strength` times as much.
     pub form: Form,
     /// 0 for the translation, 1 for the rotation.
     pub axis: usize,

@@ -22,7 +22,7 @@ pub(crate) struct Settings {
     pub(crate) rig: PathBuf,
     /// Where records and parts are kept.
     pub(crate) folder: PathBuf,
-    /// `jointwatch`.
+    /// The program `jointwatch`, whose commands the bridge runs.
     pub(crate) program: PathBuf,
 }
 

@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 pub(crate) struct Monitor {
     /// A file or FIFO that holds what a device sent; - for standard input.
     file: Option<PathBuf>,
-    /// The same.
+    /// The same file or FIFO, named by an option.
     #[arg(long = "file", id = "named", value_name = "FILE")]
     named: Option<PathBuf>,
     /// The device's serial port, such as /dev/ttyACM0 or COM3; it is asked to introduce itself.

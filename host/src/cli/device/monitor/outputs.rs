@@ -45,7 +45,6 @@ impl JsonLines {
         }
     }
 
-    /// Writes whole lines.
     fn write(&mut self, lines: &str) -> Result<()> {
         match self {
             Self::Nowhere => Ok(()),

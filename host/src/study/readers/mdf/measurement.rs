@@ -13,7 +13,7 @@ type Told<T> = std::result::Result<T, String>;
 /// Blocks in one chain; more are a loop.
 const MAX_BLOCKS: usize = 100_000;
 
-/// A file's bytes.
+/// The bytes of a whole file; a link in it is the place of a block.
 pub(super) struct Measurement<'a> {
     bytes: &'a [u8],
 }

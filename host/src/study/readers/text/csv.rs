@@ -135,7 +135,7 @@ pub(super) fn too_long(request: &Request<'_>, line: usize) -> Error {
     )
 }
 
-/// The columns' names.
+/// Names of the columns: those that the study states, else those of the heading.
 pub(super) fn names(request: &Request<'_>, layout: &Layout) -> Result<Vec<String>> {
     if let Some(columns) = request.columns {
         return Ok(columns.to_vec());

@@ -21,7 +21,7 @@ const PIECE: usize = 1 << 20;
 /// The rows of a text log.
 pub(crate) struct Lines {
     pub(crate) rows: usize,
-    /// The columns' names.
+    /// Names of the columns, in the order of the file.
     pub(crate) names: Vec<String>,
     /// As the reader of short logs says it.
     pub(crate) format: String,

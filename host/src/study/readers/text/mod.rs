@@ -14,7 +14,6 @@ const LOOKED_AT: usize = 1 << 16;
 /// Share of control characters above which it is no text.
 const CONTROL_SHARE: f64 = 1e-3;
 
-/// A decoded text.
 pub(super) struct Text<'a> {
     pub(super) text: Cow<'a, str>,
     /// Its encoding, by name.
