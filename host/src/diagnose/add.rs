@@ -235,11 +235,12 @@ fn learnt_without_vanished(
     let vanished = learnt.effects.iter().filter(|e| e.has_vanished());
     let mut gone: Vec<String> = vanished.map(ModelEffect::name).collect();
     gone.retain(|name| !added.contains(name));
-    if gone.is_empty() {
-        return Ok(learnt);
-    }
     let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
     terms.retain(|term| !gone.contains(&term.name(&names)));
+    // A sum of effects has one at least.
+    if gone.is_empty() || terms.is_empty() {
+        return Ok(learnt);
+    }
     let mut learnt = learnt_with(study, prepared, model, &terms)?;
     learnt.warnings.push(format!(
         "{} takes the place of {}, which would have no strength beside it",

@@ -102,11 +102,11 @@ pub(super) fn in_notes(
     for (axis, zeros) in search.zeros.iter().enumerate() {
         if let Some(zeros) = zeros {
             let does = match (zeros.drift(), zeros.stand()) {
-                (false, true) => "differs by {} between training records",
+                (false, true) => "differs by {} from record to record",
                 (false, false) => {
-                    "differs by {} between training records, and drifts as much within them, so no zero per record mends it"
+                    "differs by {} from record to record, and drifts as much within them, so no zero per record mends it"
                 }
-                (true, _) => "drifts by {} (RMS) along the training records",
+                (true, _) => "drifts by {} (RMS) along the records",
             };
             let unit = study.axes[axis].kind.force_unit();
             let does = does.replace("{}", &format!("{} {unit}", rounded(zeros.size())));

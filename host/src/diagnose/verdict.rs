@@ -87,9 +87,15 @@ pub(super) fn answer(
     notes.extend(logged.is_empty().then(|| NO_VALIDATION.to_owned()));
     let with_time = effects_in_time().filter(|_| study.quasi_static);
     let without: Vec<String> = asked.without.iter().cloned().chain(with_time).collect();
+    // One record has one zero; what it differs from stands in the others.
+    let of_zeros = match training.len() {
+        1 => [training.clone(), judged.validation(study)].concat(),
+        _ => Vec::new(),
+    };
     let given = Given {
         axes: &study.axes,
         motions: &training,
+        of_zeros: &of_zeros,
         unseen: &unseen,
         low_pass: &model.filters.band,
         without: &without,

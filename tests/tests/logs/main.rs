@@ -9,6 +9,7 @@ mod late_force;
 mod log_formats;
 mod long_records;
 mod odd_logs;
+mod one_way;
 mod quasi_static;
 mod real_logs;
 mod records_differ;

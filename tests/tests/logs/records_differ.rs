@@ -9,8 +9,8 @@ use std::fs;
 
 const RATE_HZ: f64 = 500.0;
 
-/// A spring of this stiffness and a damper.
-fn record(seed: f64, stiffness: f64) -> String {
+/// A spring of this stiffness and a damper, with another force that depends on the velocity.
+fn record(seed: f64, stiffness: f64, besides: impl Fn(f64) -> f64) -> String {
     let mut text = String::from("t,x,F\n");
     for row in 0..6000 {
         let t = f64::from(row) / RATE_HZ;
@@ -25,7 +25,7 @@ fn record(seed: f64, stiffness: f64) -> String {
         writeln!(
             text,
             "{t:.3},{x:.9},{:.6}",
-            stiffness * x + 30.0 * v + noise
+            stiffness * x + 30.0 * v + besides(v) + noise
         )
         .unwrap();
     }
@@ -41,7 +41,11 @@ fn a_stiffness_that_differs_from_record_to_record_is_told_as_that() {
     );
     for (number, stiffness) in [2000.0, 2200.0, 1850.0, 2100.0].into_iter().enumerate() {
         let file = format!("r{number}.csv");
-        fs::write(folder.join(&file), record(number as f64, stiffness)).unwrap();
+        fs::write(
+            folder.join(&file),
+            record(number as f64, stiffness, |_| 0.0),
+        )
+        .unwrap();
         let role = if number < 3 { "train" } else { "validate" };
         writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
     }
@@ -55,4 +59,44 @@ fn a_stiffness_that_differs_from_record_to_record_is_told_as_that() {
     assert_eq!(said["remainder"][0]["follows"], "record", "{said}");
     let explained = said["remainder"][0]["explainable"].as_f64().unwrap();
     assert!(explained > 0.5, "{said}");
+}
+
+/// A zero of force that stands in one record alone shows only beside another one.
+#[test]
+fn a_zero_that_differs_between_one_training_record_and_the_validation_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (number, zero) in [0.0, 3.0].into_iter().enumerate() {
+        let text = record(number as f64, 2000.0, |v| 4.0 * (v / 1e-3).tanh() + zero);
+        fs::write(folder.join(format!("r{number}.csv")), text).unwrap();
+    }
+    let study = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
+                 [[record]]\nfile = \"r0.csv\"\nrole = \"train\"\n[[record]]\nfile = \"r1.csv\"\nrole = \"validate\"\n\
+                 [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
+    fs::write(folder.join("study.toml"), study).unwrap();
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
+    let text = succeed(folder, &[&given[..], &["--json", "-"]].concat());
+    let said: Value = serde_json::from_str(&text).unwrap();
+    let found = said["found"].as_array().unwrap();
+    let mut found: Vec<&str> = found
+        .iter()
+        .map(|f| f["effect"].as_str().unwrap())
+        .collect();
+    found.sort_unstable();
+    assert_eq!(found, ["coulomb", "force_zero"], "{said}");
+    let notes = said["notes"].to_string();
+    assert!(
+        notes.contains("the zero of force differs by 3.0"),
+        "{notes}"
+    );
+    let last = said["staircase"]["steps"]
+        .as_array()
+        .unwrap()
+        .last()
+        .unwrap();
+    assert!(
+        last["relative_error"]["x"].as_f64().unwrap() < 0.01,
+        "{said}"
+    );
 }

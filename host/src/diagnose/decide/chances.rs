@@ -12,8 +12,9 @@ use crate::diagnose::search::rank::Looked;
 use crate::model::effects::AxisEffect;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
+use std::cmp::Ordering;
 
-/// Draws of blocks.
+/// How often the blocks are drawn anew, with replacement.
 const DRAWS: usize = 300;
 /// Part of a set that has a number more than another one that is as good.
 const PER_NUMBER: f64 = 0.5;
@@ -96,67 +97,74 @@ impl<'a> Rivals<'a> {
     }
 
     fn mean(&self, at: usize, weights: &[f64]) -> f64 {
-        let pairs = self.errors[at].iter().zip(weights);
-        pairs.map(|(e, w)| e * w).sum::<f64>() / weights.iter().sum::<f64>()
+        weighted(self.errors[at], weights) / weights.iter().sum::<f64>()
     }
 
     /// Those that lose to the best by no more than chance, or by less than every model of a real
     /// joint is wrong by; with blocks weighted.
     pub(crate) fn good(&self, weights: &[f64]) -> Vec<usize> {
-        let whole: f64 = weights.iter().sum();
         let all = 0..self.errors.len();
         let means: Vec<f64> = all.clone().map(|at| self.mean(at, weights)).collect();
         let Some(best) = all.clone().min_by(|a, b| means[*a].total_cmp(&means[*b])) else {
             return Vec::new();
         };
-        let best = (self.errors[best], means[best], self.powers[best]);
-        all.filter(|&at| self.is_as_good((at, means[at]), best, weights, whole))
+        let of = |at: usize| (self.errors[at], self.powers[at]);
+        all.filter(|&at| self.is_as_good(of(at), of(best), weights))
             .collect()
     }
 
-    /// Whether a set, with the mean of its log errors, loses no more than that to another one,
-    /// given by its log errors, their mean, and the power that it leaves.
+    /// Whether a set, given by its log errors and the power that it leaves, loses no more than that
+    /// to another one.
     fn is_as_good(
         &self,
-        (at, own_mean): (usize, f64),
-        (errors, mean, power): (&[f64], f64, f64),
+        (errors, power): (&[f64], f64),
+        (others, other_power): (&[f64], f64),
         weights: &[f64],
-        whole: f64,
     ) -> bool {
-        let behind = own_mean - mean;
-        let pairs = self.errors[at].iter().zip(errors).zip(weights);
-        let square: f64 = pairs.map(|((a, b), w)| w * (a - b - behind).powi(2)).sum();
+        let whole: f64 = weights.iter().sum();
+        let behind = falls(errors, others);
+        let mean = weighted(&behind, weights) / whole;
+        let pairs = behind.iter().zip(weights);
+        let square: f64 = pairs.map(|(b, w)| w * (b - mean).powi(2)).sum();
         let chance = (square / whole / whole)
             .sqrt()
             .max(CRITERIA.least_difference);
-        let small = self.powers[at] - power < self.least_share.powi(2);
-        behind <= chance || (small && behind < CRITERIA.clearly)
+        let small = power - other_power < self.least_share.powi(2);
+        mean <= chance || (small && mean < CRITERIA.clearly)
     }
 
-    /// The simplest set that is as good as this one and has fewer numbers.
-    pub(crate) fn simpler(&self, than: &Looked) -> Option<usize> {
-        let errors = than.score.log_errors.as_slice();
-        let weights = vec![1.0; errors.len()];
-        let (mean, whole) = (
-            errors.iter().sum::<f64>() / errors.len() as f64,
-            errors.len() as f64,
-        );
-        let other = (errors, mean, than.score.error.powi(2));
+    /// Whether what was looked at loses no more than that to `other`.
+    pub(crate) fn keeps_up(&self, looked: &Looked, other: &Looked) -> bool {
+        let [looked, other] = [looked, other].map(of_blocks);
+        self.is_as_good(looked, other, &vec![1.0; other.0.len()])
+    }
+
+    /// The sets that are as good as this one and have fewer numbers, the simplest first.
+    pub(crate) fn simpler(&self, than: &Looked) -> Vec<usize> {
+        let other = of_blocks(than);
+        let weights = vec![1.0; other.0.len()];
         let fewer = (0..self.errors.len()).filter(|&at| self.numbers[at] < than.score.numbers);
-        let good: Vec<usize> = fewer
-            .filter(|&at| self.is_as_good((at, self.mean(at, &weights)), other, &weights, whole))
+        let of = |at: usize| (self.errors[at], self.powers[at]);
+        let mut good: Vec<usize> = fewer
+            .filter(|&at| self.is_as_good(of(at), other, &weights))
             .collect();
-        (!good.is_empty()).then(|| self.simplest(&good, &weights))
+        good.sort_by(|a, b| self.by_simplicity(*a, *b, &weights));
+        good
     }
 
-    /// The simplest of some: that with the fewest numbers, then with the fewest memories that were
-    /// not seen, then with the least error.
+    /// That with the fewest numbers first, then that with the fewest memories that were not seen,
+    /// then that with the least error.
+    fn by_simplicity(&self, a: usize, b: usize, weights: &[f64]) -> Ordering {
+        let order = |at: usize| (self.numbers[at], self.unseen_memories[at]);
+        let errors = || self.mean(a, weights).total_cmp(&self.mean(b, weights));
+        order(a).cmp(&order(b)).then_with(errors)
+    }
+
+    /// The simplest of some.
     pub(crate) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
-        let order = |at: &usize| (self.numbers[*at], self.unseen_memories[*at]);
-        let simplest = of.iter().min_by(|a, b| {
-            let errors = self.mean(**a, weights).total_cmp(&self.mean(**b, weights));
-            order(a).cmp(&order(b)).then(errors)
-        });
+        let simplest = of
+            .iter()
+            .min_by(|a, b| self.by_simplicity(**a, **b, weights));
         simplest.copied().unwrap_or(0)
     }
 
@@ -189,6 +197,16 @@ impl<'a> Rivals<'a> {
     }
 }
 
+/// Log errors of what was looked at, and the power that it leaves.
+fn of_blocks(looked: &Looked) -> (&[f64], f64) {
+    (&looked.score.log_errors, looked.score.error.powi(2))
+}
+
+/// Σ of values with their weights.
+fn weighted(values: &[f64], weights: &[f64]) -> f64 {
+    values.iter().zip(weights).map(|(v, w)| v * w).sum()
+}
+
 /// How likely it is that blocks gain, from the gain of each: the share of draws in which they do.
 pub(crate) fn chance_of_gain(gains: &[f64]) -> f64 {
     let mut rng = StdRng::seed_from_u64(0);
@@ -203,7 +221,7 @@ pub(crate) fn chance_of_gain(gains: &[f64]) -> f64 {
 /// What is how likely, as shares of all draws.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chances {
-    /// Sets of effects.
+    /// Sets of missing effects, each with its share of the draws.
     votes: Vec<(Vec<AxisEffect>, f64)>,
     /// That nothing is missing.
     pub(crate) nothing: f64,

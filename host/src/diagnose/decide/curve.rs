@@ -25,7 +25,7 @@ const PIECES: usize = 2;
 pub(crate) struct Curve {
     /// What it is a function of, in words.
     pub(crate) of: &'static str,
-    /// The laws.
+    /// The laws in whose place it stands.
     pub(crate) pieces: Vec<AxisEffect>,
 }
 

@@ -248,14 +248,17 @@ impl<'a> Choice<'a> {
         let alike = vec![1.0; base.score.log_errors.len()];
         let good = rivals.good(&alike);
         let mut chosen = sound[rivals.simplest(&good, &alike)];
-        let pruned = loop {
-            let pruned = pruned(field, inputs, chosen.clone(), base);
-            // Of what is left of a set another one may be as good, and simpler.
-            match rivals.simpler(&pruned.decided) {
-                Some(simpler) => chosen = sound[simpler],
-                None => break pruned,
-            }
-        };
+        let of = |looked: &Looked| pruned(field, inputs, looked.clone(), base);
+        let mut pruned = of(chosen);
+        // Of what is left of a set another one may be as good, and simpler, with what is left of it.
+        while let Some((simpler, rest)) = rivals
+            .simpler(&pruned.decided)
+            .into_iter()
+            .map(|at| (sound[at], of(sound[at])))
+            .find(|(_, rest)| rivals.keeps_up(&rest.decided, &pruned.decided))
+        {
+            (chosen, pruned) = (simpler, rest);
+        }
         Self {
             pruned,
             rivals,

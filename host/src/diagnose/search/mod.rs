@@ -28,7 +28,7 @@ use collect::{Library, candidates};
 use hypothesis::{Column, Hypothesis};
 use jointwatch_shared::effect::{Entry, Subsystem};
 use rank::Field;
-use zeros::{OWN_ZEROS, Zeros, beside, judged, own_zero};
+use zeros::{OWN_ZEROS, Zeros, beside, beside_friction, judged, own_zero};
 
 /// Rows of all records together on which shapes are searched for; hypotheses are judged on all of
 /// them.
@@ -86,6 +86,8 @@ pub(super) struct Refuted {
 pub(super) struct Given<'a> {
     pub(super) axes: &'a [Axis],
     pub(super) motions: &'a [&'a Motion],
+    /// Those whose zeros of force are compared, where these are more.
+    pub(super) of_zeros: &'a [&'a Motion],
     pub(super) unseen: &'a Unseen<'a>,
     pub(super) low_pass: &'a [f64],
     /// Effects that are not to be thought of: by name, or on one axis.
@@ -160,10 +162,18 @@ fn search_once(
         excerpt.references = records.references;
         excerpt
     });
+    let mut compared = (!given.of_zeros.is_empty()).then(|| {
+        let mut compared = Records::new(given.axes, given.of_zeros, given.low_pass);
+        compared.references = records.references;
+        compared
+    });
     let (model, inertia) = solution.in_si(base, given.axes);
-    records.predict(&model, &inertia);
-    if let Some(excerpt) = &mut excerpt {
-        excerpt.predict(&model, &inertia);
+    for records in excerpt
+        .iter_mut()
+        .chain(&mut compared)
+        .chain([&mut records])
+    {
+        records.predict(&model, &inertia);
     }
     let mut known = Known {
         terms: base.to_vec(),
@@ -174,9 +184,10 @@ fn search_once(
     let mut zeros: Vec<Option<Zeros>> = given.axes.iter().map(|_| None).collect();
     for axis in order(&records, base, &solution, given.axes.len()) {
         let field = (&records, excerpt.as_ref());
-        let (decision, own) = decided(given, field, axis, &known);
+        let compared = compared.as_ref().unwrap_or(&records);
+        let (decision, own) = decided(given, field, compared, axis, &known);
         known.take(&decision.hypothesis);
-        zeros[axis] = own.map(|own| Zeros::of(&records, &decision.hypothesis, own));
+        zeros[axis] = own.map(|own| Zeros::of(compared, &decision.hypothesis, own));
         if let Some(standing) = zeros[axis].as_ref().filter(|zeros| zeros.stand()) {
             known.take(&standing.as_hypothesis());
         }
@@ -321,13 +332,15 @@ fn ways_to_follow(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> 
 /// one zero for all records.
 ///
 /// A zero of each record is asked before anything else is searched for, as it costs a number for
-/// each and hides next to nothing. A drift may hide a slow force of the joint, and a large force
-/// that is missing hides a drift. So a drift is asked before and after, and the search beside it
-/// has to predict blocks better than the search without, by lines that hold for as long as the
-/// records last: where a law of the joint does as well, that is what is missing.
+/// each and hides next to nothing but the friction of a joint that goes one way in each record. A
+/// drift may hide a slow force of the joint, and a large force that is missing hides both. So both
+/// are asked again afterwards, and the search beside what is found then has to predict blocks
+/// better than the search without, by lines that hold for as long as the records last: where a law
+/// of the joint does as well, that is what is missing.
 fn decided(
     given: &Given<'_>,
     (records, excerpt): (&Records<'_>, Option<&Records<'_>>),
+    compared: &Records<'_>,
     axis: usize,
     known: &Known,
 ) -> (Decision, Option<AxisEffect>) {
@@ -338,9 +351,12 @@ fn decided(
         !without.any(|w| w == name || *w == on_axis_of(name))
     });
     let base = of_axis(axis, &known.terms, &known.values);
-    let asked =
-        |hypothesis: &Hypothesis, names: &[&str]| own_zero(records, axis, hypothesis, names);
-    let drifts = |own: &Option<AxisEffect>| own.is_some_and(|own| own.effect() == OWN_ZEROS[1]);
+    let friction = ["coulomb".to_string(), on_axis_of("coulomb")];
+    let with_friction = !given.without.iter().any(|w| friction.contains(w));
+    let asked = |hypothesis: &Hypothesis, names: &[&str]| {
+        let beside = with_friction.then(|| beside_friction(compared, axis, hypothesis));
+        own_zero(compared, axis, beside.as_ref().unwrap_or(hypothesis), names)
+    };
     let standing: Vec<&str> = names
         .iter()
         .filter(|n| **n == OWN_ZEROS[0])
@@ -348,18 +364,17 @@ fn decided(
         .collect();
     let first = asked(&base, &standing);
     let decision = on_axis(given, records, excerpt, axis, known, first);
-    let drift = [&base, &decision.hypothesis]
+    let other = [&base, &decision.hypothesis]
         .into_iter()
-        .map(|hypothesis| asked(hypothesis, &names))
-        .find(drifts)
-        .flatten();
-    if let Some(drift) = drift {
-        let beside_it = on_axis(given, records, excerpt, axis, known, Some(drift));
+        .filter_map(|hypothesis| asked(hypothesis, &names))
+        .find(|own| Some(*own) != first);
+    if let Some(other) = other {
+        let beside_it = on_axis(given, records, excerpt, axis, known, Some(other));
         let errors =
-            |decision: &Decision, own| judged(records, axis, &decision.hypothesis, own).log_errors;
-        let falls = falls(&errors(&decision, first), &errors(&beside_it, Some(drift)));
-        if is_gained(&falls) && Zeros::of(records, &beside_it.hypothesis, drift).stand() {
-            return (beside_it, Some(drift));
+            |decision: &Decision, own| judged(compared, axis, &decision.hypothesis, own).log_errors;
+        let falls = falls(&errors(&decision, first), &errors(&beside_it, Some(other)));
+        if is_gained(&falls) && Zeros::of(compared, &beside_it.hypothesis, other).stand() {
+            return (beside_it, Some(other));
         }
     }
     let still = asked(&decision.hypothesis, &standing);

@@ -60,6 +60,22 @@ pub(crate) fn judged(
     score
 }
 
+/// A hypothesis with dry friction beside it: in a record that goes one way it looks like a zero.
+pub(crate) fn beside_friction(
+    records: &Records<'_>,
+    axis: usize,
+    hypothesis: &Hypothesis,
+) -> Hypothesis {
+    let mut members = hypothesis.members.iter();
+    match on(axis, "coulomb") {
+        Some(friction) if !members.any(|m| *m == friction || m.replaces(&friction)) => {
+            let bench = Bench::new(records, axis, hypothesis, None);
+            hypothesis.with(friction, bench.middle(&friction))
+        }
+        _ => hypothesis.clone(),
+    }
+}
+
 /// A hypothesis with one zero for all records.
 fn with_one_zero(axis: usize, hypothesis: &Hypothesis) -> Hypothesis {
     let mut members = hypothesis.members.iter();

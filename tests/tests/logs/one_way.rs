@@ -1,0 +1,70 @@
+//! Runs that go one way at a constant speed each, as friction is measured on robot arms: there dry
+//! friction looks like a zero of force that differs from record to record.
+
+use super::free_motion::noise;
+use jointwatch::model::file::ModelFile;
+use jointwatch_tests::program::succeed;
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::fs;
+
+const RATE_HZ: f64 = 100.0;
+const SPEEDS: [f64; 5] = [0.35, -0.35, 0.8, -0.6, 1.2];
+
+/// An arm of weight that turns by two radians, with dry and viscous friction.
+fn run(number: usize, speed: f64) -> String {
+    let mut text = String::from("t,angle,torque\n");
+    let rows = (2.0 / speed.abs() * RATE_HZ) as u32;
+    for row in 0..rows {
+        let t = f64::from(row) / RATE_HZ;
+        // The controller lets the speed ripple.
+        let ripple = 9.0 + 0.7 * number as f64;
+        let angle = speed * (t + 0.004 * (ripple * t).sin());
+        let velocity = speed * (1.0 + 0.004 * ripple * (ripple * t).cos());
+        let torque = 38.0 * angle.sin() + 3.0 * velocity + 12.0 * speed.signum();
+        let read = torque + 0.15 * noise(row, 0.3 + number as f64);
+        writeln!(text, "{t:.2},{angle:.6},{read:.4}").unwrap();
+    }
+    text
+}
+
+#[test]
+fn dry_friction_of_one_way_runs_is_no_zero_of_the_instrument() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut study = String::from(
+        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n",
+    );
+    for (number, speed) in SPEEDS.into_iter().enumerate() {
+        let file = format!("r{number}.csv");
+        fs::write(folder.join(&file), run(number, speed)).unwrap();
+        let role = if number < 4 { "train" } else { "validate" };
+        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
+    }
+    study.push_str("[base]\nterms = [\"gravity@phi\", \"viscous@phi\"]\n");
+    fs::write(folder.join("study.toml"), study).unwrap();
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
+    let text = succeed(folder, &[&given[..], &["--json", "-"]].concat());
+    let said: Value = serde_json::from_str(&text).unwrap();
+    let model = ModelFile::read(&folder.join("full.json")).unwrap();
+    let effects: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
+    assert!(
+        !effects.iter().any(|name| name.starts_with("force_")),
+        "{effects:?}, {said}"
+    );
+    // One speed or two in each direction do not tell dry friction from a digressive damper.
+    let values = |effect: &str| {
+        let all = model.effects.iter();
+        let found: Vec<f64> = all
+            .filter(|e| effect.split('|').any(|one| one == e.effect))
+            .map(|e| e.parameters[0].value)
+            .collect();
+        assert_eq!(found.len(), 1, "{effect} of {effects:?}");
+        found[0]
+    };
+    let friction = values("coulomb|stribeck|digressive_damping");
+    assert!((friction / 12.0 - 1.0).abs() < 0.05, "{friction}");
+    assert!((values("gravity") / 38.0 - 1.0).abs() < 0.02);
+    assert!((values("viscous") / 3.0 - 1.0).abs() < 0.2);
+}
