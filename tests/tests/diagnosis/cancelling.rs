@@ -122,6 +122,20 @@ fn what_explains_nothing_beside_the_others_is_left_out() {
     assert!(without("coulomb@x").is_none());
 }
 
+/// A damper that would have to push, beside a preload: without the preload no effect has a strength
+/// at all, and a sum of effects has one at least.
+#[test]
+fn the_last_effect_stays_though_it_has_no_strength() {
+    let folder = tempfile::tempdir().unwrap();
+    let terms = "\"viscous@x\", \"preload@x\"";
+    write_study(folder.path(), terms, |_, v| 150.0 - 5.0 * v);
+    let study = Study::read(folder.path()).unwrap();
+    let model = physical(&study).unwrap().model;
+    let prepared = Prepared::with_filters(&study, model.filters.clone()).unwrap();
+    let without = simplified(&study, &prepared, &model, "preload@x").unwrap();
+    assert!(without.is_none());
+}
+
 /// A damper that is seven times as strong one way, on a base with one strength for both: while the
 /// law with two strengths is judged, the base's must not take up what they share, or one of them
 /// would be nothing and no physics.
