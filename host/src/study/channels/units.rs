@@ -264,6 +264,11 @@ pub(crate) fn is_bare(unit: &str) -> bool {
     BARE.contains(&normalised(unit).as_str())
 }
 
+/// Whether a unit is one of a current.
+pub(crate) fn is_of_current(unit: &str) -> bool {
+    ["A", "mA"].contains(&normalised(unit).as_str())
+}
+
 /// Whether a text is the name of any unit, or of what has none.
 pub(crate) fn is_a_unit(text: &str) -> bool {
     let plain = normalised(text);

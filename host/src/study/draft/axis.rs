@@ -3,7 +3,7 @@
 
 use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
 use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
-use crate::study::channels::units::{Quantity, is_bare};
+use crate::study::channels::units::{Quantity, is_bare, is_of_current};
 use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
@@ -37,10 +37,37 @@ pub(super) fn axes(
             break;
         }
     }
-    match axes.is_empty() {
-        true => Err(nothing_to_draft(survey, time, said)),
-        false => Ok(axes),
+    if !axes.is_empty() {
+        return Ok(axes);
     }
+    let Some(current) = only_current(survey, said) else {
+        return Err(nothing_to_draft(survey, time, said));
+    };
+    let mut with_current = said.clone();
+    let column = current.name.clone();
+    with_current.columns.push(("force".into(), column));
+    let axes = self::axes(logs, time, &with_current, findings)?;
+    findings.push(format!(
+        "no column is a force, so the current {:?} stands for it, as the force of a motor follows its current",
+        current.name
+    ));
+    Ok(axes)
+}
+
+/// The current of a log that names no force, where it has one alone.
+fn only_current<'a>(survey: &'a Survey, said: &Said) -> Option<&'a SurveyedColumn> {
+    let of_force = |c: &SurveyedColumn| {
+        let mut kinds = [AxisKind::Translation, AxisKind::Rotation].into_iter();
+        kinds.any(|kind| c.named.score(Quantity::Force(kind)) > 0)
+    };
+    if said.column("force").is_some() || survey.columns.iter().any(of_force) {
+        return None;
+    }
+    let is_current = |c: &&SurveyedColumn| c.unit.as_deref().is_some_and(is_of_current);
+    let mut currents = survey.columns.iter().filter(is_current);
+    currents
+        .next()
+        .filter(|c| currents.next().is_none() && c.missing == 0 && c.rms > 0.0)
 }
 
 /// Refuses columns that the user named twice, or that are not there.
