@@ -94,7 +94,7 @@ pub const SUBJECTS: [Subject; 31] = [
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed
 /// and the list above.
-pub const BY_NAME: [Subject; 40] = [
+pub const BY_NAME: [Subject; 41] = [
     subject("exponential_spring", Kind::Joint),
     subject("gas_spring", Kind::Joint),
     subject("offset_contact", Kind::Joint),
@@ -130,6 +130,7 @@ pub const BY_NAME: [Subject; 40] = [
     subject("bouc_wen_by_place", Kind::Joint),
     subject("power_contact", Kind::Joint),
     subject("self_centring", Kind::Joint),
+    subject("periodic_friction", Kind::Joint),
     subject(wild::NAMES[0], Kind::Outside),
     subject(wild::NAMES[1], Kind::Outside),
     subject(wild::NAMES[2], Kind::Outside),
@@ -433,6 +434,11 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             length: scale.reach,
         },
         "load_friction" => Form::RingSpring { edge },
+        "periodic_friction" => Form::UnroundDry {
+            pitch: x * within(0.7, 2.5),
+            phase: TAU * within(0.1, 1.0),
+            edge,
+        },
         name => unreachable!("{name} is in the list of subjects but has no form"),
     }
 }

@@ -114,6 +114,16 @@ pub enum Form {
         /// Damper over spring, s.
         relaxation_s: f64,
     },
+    /// Dry friction of a shaft that is not round: a triangle wave over the displacement, along the
+    /// direction.
+    UnroundDry {
+        /// Length of one turn.
+        pitch: f64,
+        /// Phase at x = 0, rad.
+        phase: f64,
+        /// As in [`Form::Dry`].
+        edge: f64,
+    },
     /// A force periodic in the displacement.
     Teeth {
         /// Length of one period.

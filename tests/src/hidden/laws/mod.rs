@@ -8,7 +8,7 @@
 use crate::hidden::form::Form;
 use crate::hidden::rig::JointState;
 use crate::hidden::sizes::{MEMORIES, Memory};
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// What a law sees besides the joint's state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -107,6 +107,10 @@ impl Law {
             } => z / deflection + damping_s / deflection * self.rates(joint, memory)[0],
             Form::SpringDamper { .. } | Form::HardeningWen { .. } => z,
             Form::Teeth { pitch, phase } => (TAU * x / pitch + phase).sin(),
+            Form::UnroundDry { pitch, phase, edge } => {
+                let triangle = (TAU * x / pitch + phase).sin().asin() / FRAC_PI_2;
+                triangle * direction(v, edge)
+            }
             Form::Constant => 1.0,
             Form::CrossSpring => return [self.strength * other, self.strength * x],
             Form::GrowingSpring { duration_s } => x * around.time_s / duration_s,
@@ -339,7 +343,9 @@ impl Law {
         let s = self.strength.abs();
         let spring = |stiffness: f64| (stiffness / moving_inertia).sqrt();
         match self.form {
-            Form::Dry { edge } | Form::FrictionInBouts { edge, .. } => s / (edge * moving_inertia),
+            Form::Dry { edge }
+            | Form::FrictionInBouts { edge, .. }
+            | Form::UnroundDry { edge, .. } => s / (edge * moving_inertia),
             Form::SidedDry { edge, back } => s * back.max(1.0) / (edge * moving_inertia),
             Form::TighterAlong { edge, .. } => 2.0 * s / (edge * moving_inertia),
             Form::GapSlider { slip, back, .. } => spring(s * back.max(1.0) / slip),

@@ -164,6 +164,14 @@ fn hysteresis_saturates_and_wens_law_with_exponent_one_is_dahls() {
         back: 1.0,
     };
     same(buffered, Form::Play { gap: 0.3 });
+    // Twice round on either side: as much friction as there is the other way.
+    let unround = |phase| Form::UnroundDry {
+        pitch: 0.5,
+        phase,
+        edge: 1e-3,
+    };
+    assert!(loop_area(&last_cycle(unround(0.4))).abs() < 0.05);
+    near(peak(unround(0.4)), 3.0, 1e-2);
     // While it slides steadily, LuGre's friction is Stribeck's curve.
     let form = Form::Bristles {
         deflection: 1e-3,
