@@ -87,11 +87,7 @@ pub(super) fn answer(
     notes.extend(logged.is_empty().then(|| NO_VALIDATION.to_owned()));
     let with_time = effects_in_time().filter(|_| study.quasi_static);
     let without: Vec<String> = asked.without.iter().cloned().chain(with_time).collect();
-    // One record has one zero; what it differs from stands in the others.
-    let of_zeros = match training.len() {
-        1 => [training.clone(), judged.validation(study)].concat(),
-        _ => Vec::new(),
-    };
+    let of_zeros = of_zeros(study, &training, judged.validation(study));
     let given = Given {
         axes: &study.axes,
         motions: &training,
@@ -153,6 +149,21 @@ pub(super) fn answer(
     })
 }
 
+/// The motions whose zeros of force are compared, where they are not those of training: one record
+/// has one zero, which is that of its whole log, and what it differs from stands in others.
+fn of_zeros<'a>(
+    study: &Study,
+    training: &[&'a Motion],
+    validation: Vec<&'a Motion>,
+) -> Vec<&'a Motion> {
+    let &[only] = training else {
+        return Vec::new();
+    };
+    let file = |motion: &Motion| &study.records[motion.record].file;
+    let others = validation.into_iter().filter(|m| file(m) != file(only));
+    std::iter::once(only).chain(others).collect()
+}
+
 /// A figure per axis with the axis' name.
 fn named(names: &[&str], values: &[f64]) -> PerAxis {
     let names = names.iter().map(|name| (*name).to_string());
@@ -183,7 +194,7 @@ fn too_short(records: &Records<'_>, base: &[AxisEffect], names: &[&str]) -> Vec<
             input: None,
         });
         let terms: Vec<AxisEffect> = own.copied().chain(least).collect();
-        !are_enough(records, &terms)
+        !are_enough(records, &terms, 0)
     });
     axes.map(|(_, name)| {
         format!(

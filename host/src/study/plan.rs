@@ -57,7 +57,12 @@ impl Plan {
         let mut notes = Vec::new();
         for channel in clocks.chain(self.channels()) {
             let note = channel.check_unit(request, log)?;
-            notes.extend(note.filter(|note| !notes.contains(note)));
+            let notes_of_it = [note, channel.check_turns(request, log)];
+            for note in notes_of_it.into_iter().flatten() {
+                if !notes.contains(&note) {
+                    notes.push(note);
+                }
+            }
         }
         Ok(notes)
     }

@@ -131,21 +131,6 @@ fn an_inertia_is_seen_beside_friction_that_is_larger() {
 }
 
 #[test]
-fn the_one_current_of_a_log_without_a_force_stands_for_it() {
-    let swung = |phase: f64| {
-        let log = log(ARM, 20.0, [1e-3, 1e-5], move |t, _| {
-            let tone = |hz: f64| (TAU * hz * t + phase * hz).sin();
-            1.4 * tone(0.37) + 1.1 * tone(0.83) + 0.9 * tone(1.7)
-        });
-        log.replace("torque_Nm", "current_A")
-    };
-    let ([drafted, _], model) = drafted([swung(0.4), swung(2.9)]);
-    assert!(drafted.contains("\"current_A\" stands for it"), "{drafted}");
-    assert!(drafted.contains("forces are in A too"), "{drafted}");
-    near(value(&model, "gravity"), ARM.weight, 0.03);
-}
-
-#[test]
 fn a_drive_that_pushes_along_the_velocity_is_told() {
     // The encoder is coarse, so that the drive's own law is the clearer one.
     let pushed = |most: f64| log(ARM, 8.0, [0.02, 3e-3], move |_, v| most * (v / 0.05).tanh());

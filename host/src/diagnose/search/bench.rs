@@ -7,6 +7,7 @@ use super::hypothesis::{
     Column, Hypothesis, Part, driven, is_at_bound, is_replaced, is_turned, mean_product,
 };
 use crate::diagnose::criteria::CRITERIA;
+use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::slopes::At;
@@ -143,6 +144,11 @@ impl<'a> Bench<'a> {
         bench.instruments = bench.instrument_columns();
         bench.bound_by(base);
         bench
+    }
+
+    /// Whether the records are long enough for a hypothesis beside their zeros.
+    pub(crate) fn is_long_enough(&self, hypothesis: &Hypothesis) -> bool {
+        are_enough(self.records, &hypothesis.members, self.zeros.len())
     }
 
     /// Takes the largest force among the base's terms as the measure of what effects may have, and

@@ -6,7 +6,6 @@ use super::collect::Library;
 use super::hypothesis::{Hypothesis, Part};
 use super::score::Score;
 use crate::diagnose::criteria::CRITERIA;
-use crate::fit::effects::are_enough;
 use crate::model::effects::AxisEffect;
 use crate::text::work;
 use jointwatch_shared::effect::{Acts, Subsystem};
@@ -159,7 +158,8 @@ fn with_squares(
         let square = bound.squared()?;
         let offered = square.input.is_some_and(|i| field.inputs.contains(&i));
         let news = offered && !hypothesis.members.contains(&square);
-        news.then(|| hypothesis.with(square, values.clone()))
+        let wider = news.then(|| hypothesis.with(square, values.clone()));
+        wider.filter(|wider| field.full.is_long_enough(wider))
     })
 }
 
@@ -196,7 +196,7 @@ fn added(
         })
         .map(|(_, promise)| promise)
         .map(|promise| hypothesis.with(promise.bound, promise.values))
-        .filter(|wider| are_enough(field.full.records, &wider.members))
+        .filter(|wider| field.full.is_long_enough(wider))
         .collect()
 }
 

@@ -4,7 +4,7 @@
 //! record, has the same look: a spring turns both into a force. Where the base has none, no record
 //! says more of its origin.
 
-use super::bench::Bench;
+use super::bench::{Bench, rows_of};
 use super::hypothesis::Hypothesis;
 use super::rank::look;
 use super::score::Score;
@@ -19,6 +19,8 @@ pub(crate) const OWN_ZEROS: [&str; 2] = ["force_zero", "force_drift"];
 /// Variance of zeros, or of slopes, beside that of what the halves of the records differ by at
 /// which chance leaves one of twenty (Fisher), for three records.
 const STANDS: f64 = 9.55;
+/// Cycles of a record between which a line in time is no part of the motion.
+const MIN_CYCLES: f64 = 3.0;
 
 fn on(axis: usize, name: &str) -> Option<AxisEffect> {
     let entry = Entry::named(name)?;
@@ -104,8 +106,13 @@ pub(crate) fn own_zero(
     let mut found = None;
     let possible = names.iter().filter_map(|name| on(axis, name));
     for own in possible.filter(|own| !is_known(own)) {
-        // A zero that stands in one record is a preload.
-        if own.entry.parameters().len() == 1 && records.rows.len() < 2 {
+        // A zero that stands in one record is a preload, and on one way time and place are the
+        // same.
+        let is_told = match own.entry.parameters().len() {
+            1 => records.rows.len() > 1,
+            _ => goes_round(records, axis),
+        };
+        if !is_told {
             continue;
         }
         let better = judged(records, axis, hypothesis, Some(own)).log_errors;
@@ -118,6 +125,23 @@ pub(crate) fn own_zero(
         }
     }
     found
+}
+
+/// Whether an axis goes to and fro in every record often enough to tell time from place.
+fn goes_round(records: &Records<'_>, axis: usize) -> bool {
+    let displacement = records.of_motion(axis, None, |at| at.displacement);
+    let mut own = &displacement[rows_of(records, axis)];
+    records.rows.iter().all(|rows| {
+        let (record, others) = own.split_at(*rows);
+        own = others;
+        let travel: f64 = record.windows(2).map(|w| (w[1] - w[0]).abs()).sum();
+        let [low, high] = record
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(*x), high.max(*x)]
+            });
+        travel >= 2.0 * MIN_CYCLES * (high - low)
+    })
 }
 
 /// Zeros of force beside a hypothesis.

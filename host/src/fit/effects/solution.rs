@@ -276,10 +276,10 @@ fn check_rows(records: &Records<'_>, terms: &[AxisEffect], shapes: &[ShapeUnknow
     Ok(())
 }
 
-/// Whether the records are long enough for terms of one axis.
-pub(crate) fn are_enough(records: &Records<'_>, terms: &[AxisEffect]) -> bool {
+/// Whether the records are long enough for terms of one axis and so many numbers besides.
+pub(crate) fn are_enough(records: &Records<'_>, terms: &[AxisEffect], besides: usize) -> bool {
     let linear: usize = terms.iter().map(|t| records.count(t)).sum();
-    let unknown = linear + unknowns::shapes(terms, &records.references).len() + 1;
+    let unknown = linear + unknowns::shapes(terms, &records.references).len() + besides + 1;
     records.rows_per_axis() >= ROWS_PER_PARAMETER * unknown
 }
 

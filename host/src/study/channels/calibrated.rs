@@ -1,7 +1,9 @@
 //! One column of a log and what its numbers mean in SI.
 
 use super::naming;
+use super::turns::unwrap;
 use super::units::Quantity;
+use crate::study::AxisKind;
 use crate::study::description::{ChannelTable, Source};
 use crate::study::log::{Log, Request, Wanted};
 use crate::text::error::{Error, Result};
@@ -26,9 +28,39 @@ pub(crate) struct Calibrated {
 impl Calibrated {
     /// Some rows of the column in SI; `None` where an optional column is absent.
     pub(crate) fn series(&self, log: &Log, rows: Range<usize>) -> Option<Vec<f64>> {
+        if self.turns() {
+            return Some(self.unwrapped(log)?.0[rows].to_vec());
+        }
         let logged = log.values[self.place].as_ref()?;
         let si = self.si(log.units[self.place].as_deref());
         Some(logged[rows].iter().map(|value| si(*value)).collect())
+    }
+
+    /// Whether it is an angle.
+    fn turns(&self) -> bool {
+        self.quantity == Quantity::Displacement(AxisKind::Rotation)
+    }
+
+    /// The whole column in SI without its wraps, and how many there are.
+    fn unwrapped(&self, log: &Log) -> Option<(Vec<f64>, usize)> {
+        let si = self.si(log.units[self.place].as_deref());
+        let logged = log.values[self.place].as_ref()?;
+        let mut angle: Vec<f64> = logged.iter().map(|value| si(*value)).collect();
+        let places = unwrap(&mut angle);
+        Some((angle, places))
+    }
+
+    /// What is said of an angle that wraps.
+    pub(crate) fn check_turns(&self, request: &Request<'_>, log: &Log) -> Option<String> {
+        let (_, places) = self.turns().then(|| self.unwrapped(log))??;
+        (places > 0).then(|| {
+            format!(
+                "{}: column {:?} steps by a whole turn in {places} place{}; the angle goes on there",
+                log.file(self.place, request.file),
+                self.column,
+                if places == 1 { "" } else { "s" }
+            )
+        })
     }
 
     /// What makes SI of the numbers of a file that states this unit for them; failing that, the one

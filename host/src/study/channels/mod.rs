@@ -5,4 +5,5 @@ pub(super) mod calibrated;
 pub(super) mod naming;
 pub(super) mod spare;
 mod symbols;
+pub(super) mod turns;
 pub(super) mod units;

@@ -1,5 +1,6 @@
 //! What a draft is made of.
 
+use crate::study::channels::turns::unwrap;
 use crate::study::channels::units::Quantity;
 use crate::study::survey::{Survey, SurveyedColumn, SurveyedTime};
 use crate::study::{AxisKind, Convention, Role};
@@ -132,7 +133,11 @@ impl Log<'_> {
     pub(super) fn si(&self, column: &str, quantity: Quantity) -> Option<Vec<f64>> {
         let column = self.survey.column(column)?;
         let factor = factor(column, quantity);
-        Some(column.values.iter().map(|v| v * factor).collect())
+        let mut series: Vec<f64> = column.values.iter().map(|v| v * factor).collect();
+        if quantity == Quantity::Displacement(AxisKind::Rotation) {
+            unwrap(&mut series);
+        }
+        Some(series)
     }
 }
 

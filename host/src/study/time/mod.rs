@@ -21,6 +21,9 @@ pub const BRIDGED_SHARE: f64 = 1e-3;
 pub const RATE_TOLERANCE: f64 = 1e-3;
 /// Share of stamps equal to the one before from which on they are rounded, and the rows were even.
 const MANY_DOUBLED: f64 = 0.1;
+/// How far the steps of a slow clock may be from whole ticks, in ticks.
+const OFF_A_TICK: f64 = 0.1;
+
 /// Samples that are missing after a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Gap {
@@ -95,7 +98,21 @@ pub(crate) fn quantum(time: &[f64]) -> Option<f64> {
     };
     // A log whose steps are all alike is not rounded but even.
     let differ = steps().any(|s| s > 1.5 * least || s < 0.5 * least);
-    (least.is_finite() && differ && steps().all(whole)).then_some(least)
+    if least.is_finite() && differ && steps().all(whole) {
+        return Some(least);
+    }
+    ticks(last, floor)
+}
+
+/// The period of a clock that ticks several times slower than rows come, such as one of 15.6 ms
+/// whose stamps are written in whole milliseconds.
+fn ticks(time: &[f64], floor: f64) -> Option<f64> {
+    let steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+    let rising: Vec<f64> = steps.iter().copied().filter(|s| *s > floor).collect();
+    let rows_a_tick = steps.len() as f64 / rising.len() as f64;
+    let tick = median(rising.clone())?;
+    let whole = |step: &f64| (step / tick - (step / tick).round()).abs() < OFF_A_TICK;
+    (rows_a_tick > 1.5 && rising.iter().all(whole)).then_some(tick)
 }
 
 /// The values that are there, and their times.
@@ -104,7 +121,24 @@ pub(super) fn sampled(logged: &[f64], clock: &[f64]) -> (Vec<f64>, Vec<f64>) {
     rows.filter(|(v, t)| v.is_finite() && t.is_finite()).unzip()
 }
 
-/// The grid's own times where the stamps are rounded so coarsely that many are alike.
+/// The times of rows between the ticks of a clock: evenly from one stamp to the next, or over one
+/// tick where the next is a gap away, or is the last.
+fn spread(stamps: &[f64]) -> Vec<f64> {
+    let steps = stamps.windows(2).map(|w| w[1] - w[0]);
+    let tick = median(steps.filter(|s| *s > 0.0).collect()).unwrap_or(0.0);
+    let mut times = Vec::with_capacity(stamps.len());
+    for rows in stamps.chunk_by(|a, b| a == b) {
+        let next = stamps.get(times.len() + rows.len());
+        let step = next.map(|next| next - rows[0]);
+        let step = step.filter(|step| *step < 1.5 * tick).unwrap_or(tick);
+        let pace = step / rows.len() as f64;
+        times.extend((0..rows.len()).map(|row| rows[0] + pace * row as f64));
+    }
+    times
+}
+
+/// The times of rows whose stamps are rounded so coarsely that many are alike: the grid's own where
+/// they are even, else spread between the ticks.
 pub(super) fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
     let doubled = seconds.windows(2).filter(|w| w[1] == w[0]).count();
     if (doubled as f64) < MANY_DOUBLED * seconds.len() as f64 {
@@ -114,6 +148,7 @@ pub(super) fn even_where_rounded(seconds: &[f64]) -> Cow<'_, [f64]> {
         (Some(grid), Some(rounded)) if grid.is_even(rounded) => (0..seconds.len())
             .map(|row| grid.start_s + row as f64 / grid.rate_hz)
             .collect(),
+        (_, Some(_)) => Cow::Owned(spread(seconds)),
         _ => Cow::Borrowed(seconds),
     }
 }
@@ -168,6 +203,9 @@ impl Stamps {
             .collect();
         if grid.is_even(quantum(seconds).unwrap_or(0.0)) {
             return Some(even);
+        }
+        if let Cow::Owned(times) = even_where_rounded(seconds) {
+            return Self::of(&times);
         }
         let Some(median) = median(steps.clone()) else {
             return Some(even);
@@ -229,6 +267,34 @@ fn lagrange(nodes: &[(f64, f64)], at: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_between_the_ticks_of_a_slow_clock_are_spread_evenly() {
+        // A clock of 15.625 ms, written in whole milliseconds, and rows that come a little slower
+        // now and then.
+        let due = |row: usize| {
+            let t = row as f64 / 427.0;
+            t + 0.02 * (1.3 * t).sin()
+        };
+        let stamps: Vec<f64> = (0..1700)
+            .map(|row| ((due(row) / 0.015_625).floor() * 15.625).round() * 1e-3)
+            .collect();
+        let times = even_where_rounded(&stamps);
+        let off = times.iter().enumerate().skip(10).take(1680);
+        let most = off.map(|(row, t)| (t - due(row)).abs()).fold(0.0, f64::max);
+        assert!(most < 0.004, "{most}");
+        let looked = Stamps::of(&stamps).unwrap();
+        assert!(
+            (looked.rate_hz / 427.0 - 1.0).abs() < 0.01,
+            "{}",
+            looked.rate_hz
+        );
+        // A stamp that is there twice now and then is no clock that ticks.
+        let doubled: Vec<f64> = (0..1700)
+            .map(|row| 1e-3 * (row - row / 100) as f64)
+            .collect();
+        assert!(ticks(&doubled, 0.0).is_none());
+    }
 
     #[test]
     fn a_cubic_is_bridged_exactly() {

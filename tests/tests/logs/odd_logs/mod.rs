@@ -131,10 +131,15 @@ fn a_motor_current_stands_for_the_torque_until_its_constant_is_written() {
         [t, x, (0.02 * a + 0.05 * v) / constant]
     });
     fs::write(folder.path().join("motor.csv"), log).unwrap();
-    let without = refused(&folder, &["init", "--yes", "motor.csv"], 3);
-    assert!(without.contains("current of a motor"), "{without}");
-    let words = ["init", "--yes", "motor.csv", "--column", "force=i [A]"];
-    let said = succeed(folder.path(), &words);
+    let two = text("t [s],q [rad],i [A],supply [A]", |t| {
+        let [x, v, _] = motion(t);
+        [t, x, 0.05 * v / constant, 1.0 + 0.1 * v]
+    });
+    fs::write(folder.path().join("two.csv"), two).unwrap();
+    let either = refused(&folder, &["init", "--yes", "two.csv"], 3);
+    assert!(either.contains("current of a motor"), "{either}");
+    let said = succeed(folder.path(), &["init", "--yes", "motor.csv"]);
+    assert!(said.contains("\"i [A]\" stands for it"), "{said}");
     assert!(said.contains("torque or force constant"), "{said}");
     assert!(!said.contains("the latter was used"), "{said}");
     let path = folder.path().join("study.toml");
