@@ -263,8 +263,16 @@ impl Study {
     pub(crate) fn continued(&self, record: &Record) -> Vec<&Record> {
         let mut chain: Vec<&Record> = Vec::new();
         let mut first = record.first_row;
+        // Of what was resampled the source counts the rows of the log, where it is in one piece.
+        let sources = || self.sources.iter().filter(|s| s.file == record.file);
+        let pieces = self.records.iter().filter(|r| r.file == record.file);
+        let whole = sources().count() == pieces.count();
         let ends = |known: &Record, row: usize| {
-            known.file == record.file && known.rows > 0 && known.first_row + known.rows == row
+            let as_logged = [known.first_row, row];
+            known.file == record.file
+                && known.rows > 0
+                && (known.first_row + known.rows == row
+                    || (whole && sources().any(|s| s.rows == as_logged)))
         };
         while let Some(before) = self.records.iter().find(|r| ends(r, first)) {
             first = before.first_row;
@@ -360,5 +368,35 @@ impl Study {
             )));
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MemoryLog, Study};
+
+    #[test]
+    fn a_record_continues_the_one_whose_rows_end_where_its_own_begin_at_any_rate() {
+        let t: Vec<f64> = (0..1700).map(|row| f64::from(row) / 427.0).collect();
+        let x: Vec<f64> = t.iter().map(|t| 1e-3 * (9.0 * t).sin()).collect();
+        let force = x.iter().map(|x| 2e3 * x).collect();
+        let log = MemoryLog {
+            name: "a".into(),
+            columns: vec![("t".into(), t), ("x".into(), x), ("F".into(), force)],
+        };
+        let continued = |time: &str, from: usize| {
+            let text = format!(
+                "time = {time}\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
+                 [[record]]\nfile = \"a\"\nrole = \"train\"\nrows = [0, 1100]\n\
+                 [[record]]\nfile = \"a\"\nrole = \"validate\"\nrows = [{from}, 1700]\n"
+            );
+            let study = Study::of_memory("memory", &text, std::slice::from_ref(&log)).unwrap();
+            study.continued(&study.records[1]).len()
+        };
+        let resampled = "{ column = \"t\", resample_hz = 430 }";
+        for time in ["\"t\"", resampled] {
+            assert_eq!(continued(time, 1100), 1, "{time}");
+            assert_eq!(continued(time, 1101), 0, "{time}");
+        }
     }
 }
