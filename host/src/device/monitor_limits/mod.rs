@@ -12,8 +12,8 @@
 //! - increments z = min(y − drift, c), as the device holds them, as if every record had the mean μ;
 //! - θ, the rate at which the sum's excursions die out: the root of E exp(θ·Z) = 1 for Z the sum of
 //!   1, 2, 4 (and for the error 8 and 16) blocks in a row of any record, whose highest tenth an
-//!   exponential continues, and the Gaussian −2·E z/σ² with the long-run variance of all records' z,
-//!   steps down held to c as well, and its own uncertainty; the smallest counts;
+//!   exponential continues, and the Gaussian −2·E z/σ² with the long-run variance of all records'
+//!   z, steps down held to c as well, and its own uncertainty; the smallest counts;
 //! - threshold = ln(blocks between false alarms × statistics)/θ, and never under a least one.
 //!
 //! A stated drift of gain and stiffness is taken for healthy: every record counts once more with

@@ -250,7 +250,7 @@ impl<'a> Choice<'a> {
         let mut chosen = sound[rivals.simplest(&good, &alike)];
         let of = |looked: &Looked| pruned(field, inputs, looked.clone(), base);
         let mut pruned = of(chosen);
-        // Of what is left of a set another one may be as good, and simpler, with what is left of it.
+        // Of what is left of a set another one may be as good, and simpler, after the same.
         while let Some((simpler, rest)) = rivals
             .simpler(&pruned.decided)
             .into_iter()
