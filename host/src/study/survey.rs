@@ -200,7 +200,7 @@ fn rises_evenly(values: &[f64]) -> bool {
 }
 
 /// The smallest and the largest of some values.
-pub(super) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
+pub(crate) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let nothing = [f64::INFINITY, f64::NEG_INFINITY];
     values.fold(nothing, |[low, high], v| [low.min(v), high.max(v)])
 }

@@ -157,16 +157,13 @@ fn search_once(
     let each = MAX_SEARCHED / given.motions.len().max(1);
     let cut: Vec<Motion> = given.motions.iter().map(|m| m.middle(each)).collect();
     let cut: Vec<&Motion> = cut.iter().collect();
-    let mut excerpt = (rows > MAX_SEARCHED).then(|| {
-        let mut excerpt = Records::new(given.axes, &cut, given.low_pass);
-        excerpt.references = records.references;
-        excerpt
-    });
-    let mut compared = (!given.of_zeros.is_empty()).then(|| {
-        let mut compared = Records::new(given.axes, given.of_zeros, given.low_pass);
-        compared.references = records.references;
-        compared
-    });
+    let alike = |motions| {
+        let mut alike = Records::new(given.axes, motions, given.low_pass);
+        alike.references = records.references;
+        alike
+    };
+    let mut excerpt = (rows > MAX_SEARCHED).then(|| alike(&cut));
+    let mut compared = (!given.of_zeros.is_empty()).then(|| alike(given.of_zeros));
     let (model, inertia) = solution.in_si(base, given.axes);
     for records in excerpt
         .iter_mut()
@@ -377,8 +374,7 @@ fn decided(
             return (beside_it, Some(other));
         }
     }
-    let still = asked(&decision.hypothesis, &standing);
-    if first.is_some() && still.is_none() {
+    if first.is_some() && asked(&decision.hypothesis, &standing).is_none() {
         // What was found explains what looked like a zero of each record: then one zero for all may
         // be missing.
         return (on_axis(given, records, excerpt, axis, known, None), None);

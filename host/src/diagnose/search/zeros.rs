@@ -12,6 +12,7 @@ use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::decide::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
+use crate::study::survey::extent;
 use jointwatch_shared::effect::Entry;
 
 /// The effects by which a model says so, the simpler one first.
@@ -135,11 +136,7 @@ fn goes_round(records: &Records<'_>, axis: usize) -> bool {
         let (record, others) = own.split_at(*rows);
         own = others;
         let travel: f64 = record.windows(2).map(|w| (w[1] - w[0]).abs()).sum();
-        let [low, high] = record
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(*x), high.max(*x)]
-            });
+        let [low, high] = extent(record.iter().copied());
         travel >= 2.0 * MIN_CYCLES * (high - low)
     })
 }

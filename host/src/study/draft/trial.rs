@@ -189,6 +189,15 @@ pub(super) fn relative(
     Some(values)
 }
 
+/// Work that is done along a path and its size to and fro, beside those of other paths.
+fn with_work(before: [f64; 2], x: &[f64], f: &[f64]) -> [f64; 2] {
+    let steps = x.windows(2).zip(f.windows(2));
+    steps.fold(before, |[sum, size], (x, f)| {
+        let done = f64::midpoint(f[0], f[1]) * (x[1] - x[0]);
+        [sum + done, size + done.abs()]
+    })
+}
+
 /// Fits force by acceleration, relative velocity and displacement over all logs; where an axis
 /// turns far, by the weight of its body as well.
 fn trial<'a>(
@@ -222,10 +231,7 @@ fn trial<'a>(
         let of_body = relative(log, body, None, kinds)?;
         let lag = clear_lag(&of_body).max(2);
         let f = log.si(&force.name, Quantity::Force(kind))?;
-        for (x, f) in x.windows(2).zip(f.windows(2)) {
-            let done = f64::midpoint(f[0], f[1]) * (x[1] - x[0]);
-            work = [work[0] + done, work[1] + done.abs()];
-        }
+        work = with_work(work, &x, &f);
         let [x, v, _] = motion(&x, lag, log.rate_hz);
         let a = match acceleration {
             Some(a) => alike(&log.si(&a.name, Quantity::Acceleration(kind))?, lag),
