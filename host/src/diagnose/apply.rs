@@ -107,6 +107,10 @@ pub fn apply(
     loop {
         let ended = match last.verdict {
             Verdict::None => Some("nothing more is missing".to_string()),
+            Verdict::Data if staircase.steps.len() > 1 => Some(format!(
+                "the data do not tell what else is missing: {}",
+                last.data_problems[0]
+            )),
             Verdict::Data => {
                 Some("the data are at fault, and nothing is added before they are right; `jointwatch add` adds an effect all the same".into())
             }

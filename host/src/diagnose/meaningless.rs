@@ -10,6 +10,7 @@ use crate::model::file::ModelFile;
 use crate::signal::statistics::rms;
 use crate::study::Study;
 use crate::text::error::Result;
+use jointwatch_shared::effect::Entry;
 
 /// The first effect of a model with a value that it cannot have, and did not have in the model
 /// before.
@@ -45,7 +46,12 @@ pub(super) fn undetermined(model: &ModelFile, added: &[String]) -> Option<String
         // A fit that knows no intervals says nothing of this.
         return None;
     }
-    let effects = model.effects.iter().filter(|e| e.is_undetermined());
+    // What has a strength in every record is told by how those differ; the interval is of their
+    // size.
+    let one_for_all =
+        |e: &&ModelEffect| Entry::named(&e.effect).is_some_and(|e| !e.is_per_record());
+    let effects = model.effects.iter().filter(one_for_all);
+    let effects = effects.filter(|e| e.is_undetermined());
     effects
         .map(ModelEffect::name)
         .find(|name| added.contains(name))

@@ -13,7 +13,7 @@ use super::errors::{Unseen, relative_errors};
 use super::notes::{follows_already, in_notes, never_rests, of_constants, refutations};
 use super::search::{Given, Search, search};
 use crate::assess::compare;
-use crate::assess::data_checks;
+use crate::assess::data_checks::{self, Finding};
 use crate::assess::noise_floor::{self, Floor};
 use crate::diagnose::add;
 use crate::fit::coverage;
@@ -117,7 +117,12 @@ pub(super) fn answer(
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
     let short = too_short(&learnt, &base, &names);
-    let serious = wrong.iter().any(|finding| finding.serious) || !short.is_empty();
+    let explains_more = |(axis, power)| {
+        let mut decisions = search.decisions.iter();
+        decisions.any(|d| d.axis == axis && d.named() > power)
+    };
+    let is_fault = |f: &Finding| f.serious && !f.spikes.is_some_and(explains_more);
+    let serious = wrong.iter().any(is_fault) || !short.is_empty();
     let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
     let per_axis = |values: &[f64]| named(&names, values);
     let noise = noise(study, model, &judged, &as_logged);
@@ -144,7 +149,7 @@ pub(super) fn answer(
         remainder: in_words_remainder(decisions, &names),
         looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,
-        data_problems: [data_checks::sentences(wrong), short].concat(),
+        data_problems: [short, data_checks::sentences(wrong)].concat(),
         notes,
     })
 }

@@ -303,6 +303,41 @@ fn an_accelerometer_that_is_late_is_the_datas_fault_and_a_late_force_is_not() {
     assert_eq!(found(&study), Vec::new());
 }
 
+/// Adds spikes of a size to some rows of the force.
+fn add_spikes(study: &mut Study, size: f64) {
+    let force = force(study);
+    let rows = (FROM..force.len()).filter(|row| (row * 2_654_435_761) >> 16 & 63 == 0);
+    for (number, row) in rows.collect::<Vec<_>>().into_iter().enumerate() {
+        force[row] += if number % 2 == 0 { size } else { -size };
+    }
+}
+
+#[test]
+fn spikes_make_the_verdict_unless_an_effect_explains_more() {
+    println!("seed {SEED}");
+    let options = SimulationOptions {
+        seed: SEED,
+        axes: 1,
+        ..SimulationOptions::default()
+    };
+    for (base, verdict) in [
+        (
+            &["stiffness@x", "viscous@x", "clearance@x"][..],
+            Verdict::Data,
+        ),
+        (&["viscous@x"][..], Verdict::Effect),
+    ] {
+        let mut study = study(&options);
+        study.base_terms = base.iter().map(|term| (*term).to_string()).collect();
+        let most = largest(force(&mut study));
+        add_spikes(&mut study, most);
+        let model = identify::physical(&study).unwrap().model;
+        let found = diagnose(&study, &model).unwrap();
+        assert_eq!(found.verdict, verdict, "{base:?}: {:?}", found.found);
+        assert!(found.data_problems[0].contains("as spikes do"));
+    }
+}
+
 #[test]
 fn serious_findings_make_the_verdict() {
     println!("seed {SEED}");
@@ -336,12 +371,8 @@ fn spikes_among_which_none_is_alone_are_named() {
     // Of small ones the low-pass leaves next to nothing.
     for (part, serious) in [(1.0, true), (0.5, false)] {
         let mut study = good();
-        let force = force(&mut study);
-        let most = part * largest(force);
-        let rows = (FROM..force.len()).filter(|row| (row * 2_654_435_761) >> 16 & 63 == 0);
-        for (number, row) in rows.collect::<Vec<_>>().into_iter().enumerate() {
-            force[row] += if number % 2 == 0 { most } else { -most };
-        }
+        let most = part * largest(force(&mut study));
+        add_spikes(&mut study, most);
         expect(
             &study,
             &["force channel", "as spikes do", "running median"],

@@ -73,5 +73,6 @@ pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option
             channel.unit
         ),
         serious: share >= SERIOUS,
+        spikes: None,
     })
 }

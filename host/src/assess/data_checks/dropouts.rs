@@ -41,6 +41,7 @@ pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option
                 100.0 * share
             ),
             serious: share >= SERIOUS,
+            spikes: None,
         })
     };
     if !fallen.is_empty() {

@@ -7,11 +7,15 @@ pub struct Finding {
     pub sentence: String,
     /// Whether a diagnosis means nothing before it is put right.
     pub serious: bool,
+    /// Of rows of a force channel that stand out: the axis, and their power behind the low-pass
+    /// over the force's. An effect that explains more is none of them.
+    pub spikes: Option<(usize, f64)>,
 }
 
 /// Where in which record something was found.
 pub(super) struct RecordPosition<'a> {
     pub(super) file: &'a str,
+    pub(super) axis: usize,
     pub(super) first_row: usize,
     pub(super) sample_rate_hz: f64,
 }

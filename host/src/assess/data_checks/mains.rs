@@ -90,6 +90,7 @@ pub(super) fn check(study: &Study, index: usize) -> Vec<Finding> {
                     short(power.sqrt())
                 ),
                 serious: false,
+                spikes: None,
             });
         }
     }

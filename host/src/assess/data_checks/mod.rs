@@ -41,22 +41,24 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
     let liveliest: Vec<Vec<f64>> = axes.map(|index| liveliest(study, index)).collect();
     let records = study.records.par_iter().flat_map_iter(|record| {
         let axes = study.axes.iter().zip(&record.axes).zip(&liveliest);
-        axes.flat_map(|((axis, logged), liveliest)| {
-            let all = channels(axis, logged);
-            let place = RecordPosition {
-                file: &record.file,
-                first_row: record.first_row,
-                sample_rate_hz: study.sample_rate_hz,
-            };
-            let mut found = stuck::check(&all, liveliest, &place);
-            for channel in &all {
-                found.extend(clipping::check(channel, &place));
-                found.extend(dropouts::check(channel, &place));
-                found.extend(single::check(channel, &place, filters));
-            }
-            found
-        })
-        .collect::<Vec<_>>()
+        axes.enumerate()
+            .flat_map(|(index, ((axis, logged), liveliest))| {
+                let all = channels(axis, logged);
+                let place = RecordPosition {
+                    file: &record.file,
+                    axis: index,
+                    first_row: record.first_row,
+                    sample_rate_hz: study.sample_rate_hz,
+                };
+                let mut found = stuck::check(&all, liveliest, &place);
+                for channel in &all {
+                    found.extend(clipping::check(channel, &place));
+                    found.extend(dropouts::check(channel, &place));
+                    found.extend(single::check(channel, &place, filters));
+                }
+                found
+            })
+            .collect::<Vec<_>>()
     });
     let mut found: Vec<Finding> = records.collect();
     for index in 0..study.axes.len() {
@@ -109,5 +111,6 @@ fn coarse(study: &Study, index: usize) -> Option<Finding> {
             axis.name
         ),
         serious: counts < NEXT_TO_NO_COUNTS,
+        spikes: None,
     })
 }

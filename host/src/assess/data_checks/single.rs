@@ -44,6 +44,8 @@ pub(super) fn check(
         };
         return finding(channel, place, &spikes, what, what_to_do).map(|found| Finding {
             serious: passes * share(channel, &spikes) > SPIKES,
+            spikes: (channel.kind == Kind::Force)
+                .then(|| (place.axis, (passes * share(channel, &spikes)).powi(2))),
             ..found
         });
     }
@@ -79,6 +81,7 @@ fn finding(
             100.0 * part
         ),
         serious: part >= SERIOUS,
+        spikes: None,
     })
 }
 

@@ -66,6 +66,7 @@ pub(super) fn check(study: &Study, index: usize, filters: &Filters) -> Option<Fi
             if samples > 0.0 { "later" } else { "earlier" }
         ),
         serious: phase >= SERIOUS,
+        spikes: None,
     })
 }
 

@@ -89,5 +89,6 @@ fn stuck(
             other.name
         ),
         serious: share >= SERIOUS,
+        spikes: None,
     })
 }
