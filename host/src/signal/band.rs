@@ -3,7 +3,7 @@
 //! Both are read from spectra over all records. The noise floor of a displacement is its median
 //! between 0.40 and 0.48 of the sample rate, where encoder counts speak and joints do not; that of
 //! a restoring force is its median between 0.10 and 0.36, because drives put single lines higher
-//! up, and the differentiators are shut there.
+//! up; where the acceleration is derived, that of the applied force.
 //!
 //! - **State band**: where the displacement's density falls to twice its floor, signal and noise
 //!   are equal; a velocity cut there has the least mean square error. The most limited axis
@@ -71,15 +71,22 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
             let inertia = axis
                 .inertia
                 .unwrap_or_else(|| likely_inertia(study, motions, index));
-            let mut sum = Accumulator::new(rate, SEGMENT.min(shortest));
-            for motion in motions {
-                sum.add(&motion.restoring_force(index, inertia, axis.restoring_force));
-            }
-            let spectrum = sum.finish();
-            let of_force = floor_of(&spectrum, FORCE_FLOOR);
+            let with_inertia = |inertia: f64| {
+                let mut sum = Accumulator::new(rate, SEGMENT.min(shortest));
+                for motion in motions {
+                    sum.add(&motion.restoring_force(index, inertia, axis.restoring_force));
+                }
+                sum.finish()
+            };
+            let spectrum = with_inertia(inertia);
             let of_position = match inertia {
                 0.0 => 0.0,
                 _ => inertia * inertia * derived_floor(study, index),
+            };
+            // A derived acceleration has no floor, but a slope, which stands for it below.
+            let of_force = match of_position {
+                0.0 => floor_of(&spectrum, FORCE_FLOOR),
+                _ => floor_of(&with_inertia(0.0), FORCE_FLOOR),
             };
             let level = |hz: f64| {
                 let derived = of_position * (std::f64::consts::TAU * hz).powi(4);

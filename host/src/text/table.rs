@@ -53,13 +53,16 @@ impl fmt::Display for Table {
     }
 }
 
-/// Six significant digits, whatever the size: `95.0791`, `1.80000`, `5.37400e-6`.
+/// Six significant digits, whatever the size: `95.0791`, `1.80000`, `5.37400e-6`; 0 as `0`.
 ///
 /// Inertias range from a rig's bodies to an electronic oscillator's; a fixed number of decimals
 /// would swallow the small ones.
 pub fn significant(value: f64) -> String {
     let size = value.abs();
-    if value == 0.0 || !(1e-3..1e6).contains(&size) {
+    if value == 0.0 {
+        return "0".into();
+    }
+    if !(1e-3..1e6).contains(&size) {
         return format!("{value:.5e}");
     }
     let decimals = 5 - size.log10().floor() as i32;
@@ -126,6 +129,12 @@ pub fn hertz(value: f64) -> String {
     }
     let decimals = 2 - size.log10().floor() as i32;
     let digits = format!("{value:.*}", decimals as usize);
+    format!("{} Hz", digits.trim_end_matches('0').trim_end_matches('.'))
+}
+
+/// A sample rate without the digits that nobody set: `149.8799 Hz`, `500 Hz`.
+pub fn sample_rate(hz: f64) -> String {
+    let digits = format!("{hz:.4}");
     format!("{} Hz", digits.trim_end_matches('0').trim_end_matches('.'))
 }
 
@@ -254,7 +263,7 @@ mod tests {
             (5.374e-6, "5.37400e-6"),
             (-123456.0, "-123456"),
             (4.93803e6, "4.93803e6"),
-            (0.0, "0.00000e0"),
+            (0.0, "0"),
         ] {
             assert_eq!(significant(value), wanted);
         }

@@ -9,6 +9,7 @@ mod backlash;
 mod bilinear;
 mod blow_off_damping;
 mod bouc_wen;
+mod bouc_wen_baber_noori;
 mod bouc_wen_by_direction;
 mod bouc_wen_by_place;
 mod bouc_wen_by_rate;
@@ -155,4 +156,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<cogging_harmonics::CoggingHarmonics>(),
     Entry::of::<exponential_spring::ExponentialSpring>(),
     Entry::of::<bouc_wen_degrading::BoucWenDegrading>(),
+    Entry::of::<bouc_wen_baber_noori::BoucWenBaberNoori>(),
 ];

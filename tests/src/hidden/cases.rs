@@ -74,6 +74,8 @@ pub struct Case {
 /// How often a rig may turn out implausible before the draw is given up; a few per cent of all
 /// draws are.
 const MAX_DRAWS: usize = 60;
+/// What depends on the largest excursion so far.
+const DEGRADING: [&str; 3] = ["mullins", "bouc_wen_degrading", "bouc_wen_baber_noori"];
 
 /// The seed of one case: SplitMix64's step, so that neighbours have nothing in common.
 pub fn case_seed(seed: u64, number: usize) -> u64 {
@@ -244,10 +246,8 @@ impl Case {
         }
         let (base, base_terms) = take_out(&whole, axes, hidden);
         let mut shaking = Shaking::draw(rng);
-        // What depends on the largest excursion so far hardly shows once that has been reached.
-        shaking.growing |= hidden
-            .iter()
-            .any(|(s, _)| ["mullins", "bouc_wen_degrading"].contains(&s.name));
+        // What such an effect leaves hardly shows once its largest excursion has been reached.
+        shaking.growing |= hidden.iter().any(|(s, _)| DEGRADING.contains(&s.name));
         let plans = plans(axes, shaking.validation_level);
         let runs: Vec<Run> = plans.iter().map(|plan| shaking.run(plan, rng)).collect();
         let (training, validation) = runs.split_at(runs.len() - 1);

@@ -94,7 +94,7 @@ pub const SUBJECTS: [Subject; 31] = [
 
 /// What can be hidden by name as well, but is not drawn: a campaign's cases follow from its seed
 /// and the list above.
-pub const BY_NAME: [Subject; 41] = [
+pub const BY_NAME: [Subject; 42] = [
     subject("exponential_spring", Kind::Joint),
     subject("gas_spring", Kind::Joint),
     subject("offset_contact", Kind::Joint),
@@ -123,6 +123,7 @@ pub const BY_NAME: [Subject; 41] = [
     subject("bouc_wen_hardening", Kind::Joint),
     subject("bouc_wen_pinching", Kind::Joint),
     subject("bouc_wen_degrading", Kind::Joint),
+    subject("bouc_wen_baber_noori", Kind::Joint),
     subject("iwan", Kind::Joint),
     subject("generalized_maxwell", Kind::Joint),
     subject("backlash", Kind::Joint),
@@ -333,7 +334,17 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             saturation: x * within(0.1, 0.4),
             exponent: within(1.0, 2.0),
             excursion: scale.reach * within(0.15, 0.6),
+            slip: None,
         },
+        "bouc_wen_baber_noori" => {
+            let saturation = x * within(0.1, 0.4);
+            Form::TiredWen {
+                saturation,
+                exponent: within(1.0, 2.0),
+                excursion: scale.reach * within(0.15, 0.6),
+                slip: Some(saturation * within(0.15, 0.5)),
+            }
+        }
         "bouc_wen_hardening" => {
             let both_ways = 1.0 / (scale.reach * within(0.7, 2.0));
             Form::HardeningWen {

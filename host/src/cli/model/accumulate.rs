@@ -7,6 +7,7 @@ use crate::study::Study;
 use crate::study::further::Template;
 use crate::text::error::{Error, Result, in_order};
 use crate::text::output;
+use crate::text::table::sample_rate;
 use clap::Args;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -82,7 +83,7 @@ pub(super) fn say(console: &Console, part: &Part) -> Result<()> {
         part.rows(),
         match filters.quasi_static {
             true => String::new(),
-            false => format!(" at {} Hz", filters.sample_rate_hz),
+            false => format!(" at {}", sample_rate(filters.sample_rate_hz)),
         }
     ))?;
     let beyond = part.beyond();

@@ -14,7 +14,7 @@ use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::output;
-use crate::text::table::{Table, significant};
+use crate::text::table::{Table, sample_rate, significant};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -297,7 +297,7 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
         study.name,
         match study.quasi_static {
             true => String::new(),
-            false => format!(" at {} Hz", study.sample_rate_hz),
+            false => format!(" at {}", sample_rate(study.sample_rate_hz)),
         },
         sentence(&model.filters.reason)
     ))?;

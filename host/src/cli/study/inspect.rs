@@ -11,7 +11,7 @@ use crate::study::AxisKind;
 use crate::study::survey::{Survey, is_a_log, is_long};
 use crate::text::error::{Error, Result};
 use crate::text::input;
-use crate::text::table::{Table, hertz, percent, significant};
+use crate::text::table::{Table, hertz, percent, sample_rate, significant};
 use clap::Args;
 use jointwatch_shared::base::axis::{Convention, InputRange};
 use jointwatch_shared::base::{Base as DeviceBase, Model};
@@ -68,11 +68,11 @@ fn model_in_words(model: &ModelFile) -> String {
         Base::None(_) => format!("{} effects", model.effects.len()),
     };
     let mut text = format!(
-        "Model of study '{}': {}, {} fit, {size}; records at {} Hz, compared up to {}.\n",
+        "Model of study '{}': {}, {} fit, {size}; records at {}, compared up to {}.\n",
         model.study,
         model.base.name(),
         model.fit,
-        model.filters.sample_rate_hz,
+        sample_rate(model.filters.sample_rate_hz),
         hertz(model.filters.band_hz)
     );
     text.push_str(&axes_of_model(model).to_string());
@@ -184,8 +184,8 @@ fn blob_in_words(model: &Model) -> String {
         _ => "a kind of base that this version cannot show".into(),
     };
     let mut text = format!(
-        "Blob: {base}; samples at {} Hz, residual judged up to {}, states to {}; checksum {:08x}.\n",
-        header.sample_rate_hz,
+        "Blob: {base}; samples at {}, residual judged up to {}, states to {}; checksum {:08x}.\n",
+        sample_rate(header.sample_rate_hz),
         hertz(header.band_hz),
         hertz(header.state_band_hz),
         blob::checksum_of(model)

@@ -2,7 +2,7 @@
 //! each.
 
 use crate::study::survey::{Survey, SurveyedColumn};
-use crate::text::table::{Table, short};
+use crate::text::table::{Table, sample_rate, short};
 use crate::text::text_plot::TextPlot;
 
 /// Points of a plot.
@@ -14,8 +14,8 @@ pub(super) fn in_words(survey: &Survey, plots: bool) -> String {
     match &survey.time {
         Some(time) => {
             text.push_str(&format!(
-                ", {} Hz by column {:?}",
-                rounded(time.rate_hz),
+                ", {} by column {:?}",
+                sample_rate(time.rate_hz),
                 time.column
             ));
             if time.jitter > 0.1 {
@@ -134,10 +134,4 @@ pub(super) fn as_json(survey: &Survey) -> serde_json::Value {
         "columns": columns,
         "notes": survey.notes,
     })
-}
-
-/// A rate without the digits that nobody set.
-fn rounded(rate_hz: f64) -> String {
-    let text = format!("{rate_hz:.4}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -2,7 +2,7 @@
 //! the device has told of itself.
 
 use crate::text::printable;
-use crate::text::table::rounded;
+use crate::text::table::{rounded, sample_rate};
 use jointwatch_shared::chain::Output;
 use jointwatch_shared::monitor::{CHANNEL_NAMES, Cause};
 use jointwatch_shared::wire::telemetry::{
@@ -383,12 +383,12 @@ pub(crate) fn introduction(hello: &Hello) -> String {
                 .collect();
             let _ = write!(
                 text,
-                "; model {:08x} in slot {}, {}, axes {}, learnt at {} Hz",
+                "; model {:08x} in slot {}, {}, axes {}, learnt at {}",
                 model.crc,
                 slot(model.slot),
                 if model.signed { "signed" } else { "not signed" },
                 axes.join(" and "),
-                model.sample_rate_hz
+                sample_rate(model.sample_rate_hz)
             );
         }
     }

@@ -231,12 +231,15 @@ impl Law {
                 saturation,
                 exponent,
                 excursion,
+                slip,
             } => {
                 let full = (z / saturation).abs().powf(exponent);
                 let yields = if v * z > 0.0 { full } else { 0.0 };
                 let grows = x.abs() >= memory[1] && x * v > 0.0;
                 let mut rates = [0.0; MEMORIES];
-                rates[0] = v * (1.0 - yields) * excursion / (excursion + memory[1]);
+                let whole = excursion / (excursion + memory[1]);
+                let slips = slip.map_or(0.0, |width| (-(z / width).powi(2)).exp());
+                rates[0] = v * (1.0 - yields) * whole * (1.0 - (1.0 - whole) * slips);
                 rates[1] = if grows { v.abs() } else { 0.0 };
                 return rates;
             }
