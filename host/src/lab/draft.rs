@@ -94,7 +94,7 @@ fn axis(axis: &DraftAxis) -> Value {
         "displacement": axis.displacement.iter().map(channel).collect::<Vec<_>>(),
         "velocity": axis.velocity.as_ref().map(channel),
         "acceleration": axis.acceleration.as_ref().map(channel),
-        "force": channel(&axis.force),
+        "force": axis.force.as_ref().map(channel),
         "inertia": axis.inertia,
         "inertia_seen": axis.inertia_seen,
         "restoring_force": convention,

@@ -25,11 +25,11 @@ impl Effect for BoucWenBaberNoori {
 
     const ABOUT: About = About {
         name: "bouc_wen_baber_noori",
-        title: "smooth hysteresis that degrades and pinches with the largest displacement (Bouc–Wen–Baber–Noori)",
-        equation: "r = F_y·z, dz/dx = (1 − d·b²)·(1 − |z|·(½ + ½·sgn(ẋ·z)))/(u_y·(1 + m/w)), d = m/(w + m), b = max(0, 1 − (z/q)²), m = largest |x| so far",
+        title: "hysteresis that degrades and pinches (Bouc–Wen–Baber–Noori)",
+        equation: "dz/dx of bouc_wen_degrading times 1 − d·b², d = m/(w + m), b = max(0, 1 − (z/q)²)",
         source: "T. T. Baber, M. N. Noori, J. Eng. Mech. 111 (1985) 1010–1026",
-        residual_signature: "the residual over the displacement is a loop that leans over and gets thinner about zero force with every new largest displacement",
-        separated_by: "The same small cycles before and after a large one: after it the loop is leant over and creeps past zero force.",
+        residual_signature: "the residual over the displacement is a loop that thins about zero force with every new largest displacement",
+        separated_by: "The same small cycles before and after a large one: after it the loop creeps past zero force.",
         parameters: &[
             BoucWenDegrading::ABOUT.parameters[0],
             BoucWenDegrading::ABOUT.parameters[1],
@@ -41,7 +41,7 @@ impl Effect for BoucWenBaberNoori {
                 dimension: Dimension::NONE,
                 role: Role::Shape(Shape {
                     starts: &[0.4],
-                    least: 0.05,
+                    least: 0.15,
                     most: 1.5,
                     reciprocal: true,
                     tie: None,
@@ -55,13 +55,13 @@ impl Effect for BoucWenBaberNoori {
         at: &Kinematics<S>,
         [z, largest, ..]: &mut States<S>,
     ) -> [S; 2] {
-        let one = S::Short::one();
+        let (one, per_level) = (S::Short::one(), per_level.short());
         *largest = largest.max(at.displacement.abs());
         let softened = (*largest * per_degradation).hyperbolic_decay();
         let damage = one - softened.short();
         let travel = at.short_travel(per_yield * softened, S::Short::ratio(2, 1));
         *z = held(*z, |z| {
-            let off = (S::long(z.abs()) * per_level).min(S::one()).short();
+            let off = (z.abs() * per_level).min(one);
             let bump = one - off * off;
             let slips = one - damage * (bump * bump);
             // Loading bends, unloading is straight.

@@ -22,7 +22,8 @@ pub(crate) struct Init {
     #[arg(long)]
     yes: bool,
     /// Say which column is what: ROLE is time (time=none: a quasi-static log), displacement,
-    /// velocity, acceleration or force; may be given several times.
+    /// velocity, acceleration or force (force=0: none is applied, as in a free decay); may be given
+    /// several times.
     #[arg(long = "column", value_name = "ROLE=COLUMN", value_parser = role)]
     columns: Vec<(String, String)>,
     /// Samples per second, where no column counts the time.
@@ -196,8 +197,12 @@ fn ask_columns(survey: &Survey, said: &mut Said) -> Result<()> {
         if role == "time" && said.sample_rate_hz.is_some() {
             continue;
         }
+        let none = match role {
+            "force" => "; 0 where none is applied",
+            _ => "",
+        };
         let answer = ask(&format!(
-            "Which column is the {role}? ({}) ",
+            "Which column is the {role}? ({}{none}) ",
             names.join(", ")
         ))?;
         if role == "time" && answer.parse::<f64>().is_ok_and(|rate| rate > 0.0) {

@@ -57,7 +57,7 @@ function form(draft, state) {
   const { guess, said } = draft;
   const axis = guess && guess.axes[0];
   const stated = new Map(said.columns);
-  const taken = { time: guess && guess.time && guess.time.column, force: axis && axis.force.column, displacement: axis && axis.displacement.map((d) => d.column).join(" − "),
+  const taken = { time: guess && guess.time && guess.time.column, force: axis && axis.force && axis.force.column, displacement: axis && axis.displacement.map((d) => d.column).join(" − "),
     velocity: axis && axis.velocity && axis.velocity.column, acceleration: axis && axis.acceleration && axis.acceleration.column };
   const field = ([role, words]) => {
     const pick = element("select", { id: `column-${role}`, name: role, onchange: () => act({ ...answers(made), do: "draft" }) },

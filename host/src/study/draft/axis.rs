@@ -11,10 +11,6 @@ use crate::text::error::{Error, Result};
 
 /// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
 const LOSSY: f64 = 0.05;
-/// What is to be written where no force is applied.
-const FREE_DECAY: &str = "without an applied force, as in a free decay, nothing tells init the inertia: write study.toml yourself, with the time, \
-                          and in [[axis]] the displacement, force = 0 and inertia = 1 for every force per unit of it";
-
 /// The axes that the columns of the first log make, tried against all logs.
 pub(super) fn axes(
     logs: &[Log<'_>],
@@ -71,7 +67,7 @@ fn only_current<'a>(survey: &'a Survey, said: &Said) -> Option<&'a SurveyedColum
 }
 
 /// Refuses columns that the user named twice, or that are not there.
-fn check_said(survey: &Survey, said: &Said) -> Result<()> {
+pub(super) fn check_said(survey: &Survey, said: &Said) -> Result<()> {
     for (place, (role, column)) in said.columns.iter().enumerate() {
         let before = &said.columns[..place];
         if before.iter().any(|(other, _)| other == role) {
@@ -84,11 +80,12 @@ fn check_said(survey: &Survey, said: &Said) -> Result<()> {
                 "the column {column:?} cannot be the {other} and the {role}; give each a column of its own"
             )));
         }
-        if *role == "force" && *column == "0" && survey.column("0").is_none() {
-            return Err(Error::usage(FREE_DECAY));
-        }
-        let no_time = *role == "time" && said.is_timeless(survey);
-        if survey.column(column).is_none() && !no_time {
+        let none = match role.as_str() {
+            "time" => said.is_timeless(survey),
+            "force" => said.is_free(survey),
+            _ => false,
+        };
+        if survey.column(column).is_none() && !none {
             return Err(Error::usage(format!(
                 "{} has no column {column:?}; --column {role}= needs one of {}",
                 survey.file,
@@ -100,9 +97,10 @@ fn check_said(survey: &Survey, said: &Said) -> Result<()> {
 }
 
 /// Says which part of an axis is missing, and why where a column would be it.
-fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said) -> Error {
+pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said) -> Error {
     let parts = Parts::of(survey, time, AxisKind::Translation, said, &[]);
-    let (missing, quantity): (_, fn(AxisKind) -> Quantity) = match parts.force.is_empty() {
+    let no_force = parts.force.is_empty() && !said.is_free(survey);
+    let (missing, quantity): (_, fn(AxisKind) -> Quantity) = match no_force {
         true => ("force", Quantity::Force),
         false => ("displacement", Quantity::Displacement),
     };
@@ -132,7 +130,7 @@ fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said) -> Error {
     let instead = match missing {
         "force" => format!(
             "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
-             {FREE_DECAY}"
+             --column force=0 where none is applied, as in a free decay"
         ),
         _ => String::new(),
     };
@@ -144,7 +142,7 @@ fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said) -> Error {
 }
 
 /// Translation first, unless a column that the user named turns, or the only position is an angle.
-fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKind; 2] {
+pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKind; 2] {
     use AxisKind::{Rotation, Translation};
     let turns = |role: &str, quantity: &dyn Fn(AxisKind) -> Quantity| {
         let column = said.column(role).and_then(|name| survey.column(name));
@@ -235,7 +233,7 @@ fn best_axis(
 
 /// A column as study.toml will have it; what its numbers are taken for where no log says so is a
 /// finding.
-fn channel(
+pub(super) fn channel(
     logs: &[Log<'_>],
     column: &SurveyedColumn,
     quantity: Quantity,
@@ -378,8 +376,10 @@ fn axis_of(
     let logged = parts.velocity.first().copied();
     let velocity = match parts.integrated {
         true => Some(chosen.first),
-        false => logged
-            .filter(|v| !said.is_timeless(logs[0].survey) && agrees(&logs[0], v, chosen, kind)),
+        false => logged.filter(|v| {
+            !said.is_timeless(logs[0].survey)
+                && agrees(&logs[0], v, (chosen.first, chosen.second), kind)
+        }),
     };
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let positions = std::iter::once(chosen.first).chain(chosen.second);
@@ -414,20 +414,25 @@ fn axis_of(
     }
     findings.extend(unit_to_replace(force, kind));
     DraftAxis {
-        name: match kind {
-            AxisKind::Translation => "x".into(),
-            AxisKind::Rotation => "phi".into(),
-        },
+        name: name_of(kind).into(),
         kind,
         displacement,
         velocity,
         body_position,
         acceleration: acceleration.filter(|_| inertial || said.inertia.is_some()),
-        force: force_channel,
+        force: Some(force_channel),
         inertia: said.inertia.or((!inertial).then_some(0.0)),
         inertia_seen: inertial.then_some(inertia),
         restoring_force,
         base,
+    }
+}
+
+/// What an axis is called unless the user says otherwise.
+pub(super) fn name_of(kind: AxisKind) -> &'static str {
+    match kind {
+        AxisKind::Translation => "x",
+        AxisKind::Rotation => "phi",
     }
 }
 
@@ -446,10 +451,15 @@ fn unit_to_replace(force: &SurveyedColumn, kind: AxisKind) -> Option<String> {
 }
 
 /// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
-fn agrees(log: &Log<'_>, velocity: &SurveyedColumn, chosen: &Trial<'_>, kind: AxisKind) -> bool {
+pub(super) fn agrees(
+    log: &Log<'_>,
+    velocity: &SurveyedColumn,
+    (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),
+    kind: AxisKind,
+) -> bool {
     let (Some(values), Some(x)) = (
         log.values(&velocity.name),
-        relative(log, chosen.first, chosen.second, (kind, false)),
+        relative(log, first, second, (kind, false)),
     ) else {
         return false;
     };

@@ -1,6 +1,7 @@
 //! The guesses that concern the study as a whole: time, roles, and that the logs go together.
 
 use super::axis;
+use super::free::free_axis;
 use super::parts::{Draft, DraftAxis, Log, Said, names};
 use super::records::records;
 use crate::study::channels::units::unit_of_time;
@@ -69,12 +70,11 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
             rate_hz: rate_of(survey).unwrap_or(sample_rate_hz),
         })
         .collect();
-    let axes = axis::axes(
-        &logs,
-        time.as_ref().map(|t| t.column.as_str()),
-        said,
-        &mut findings,
-    )?;
+    let column = time.as_ref().map(|t| t.column.as_str());
+    let axes = match said.is_free(first) {
+        true => vec![free_axis(&logs, column, said, &mut findings)?],
+        false => axis::axes(&logs, column, said, &mut findings)?,
+    };
     Ok(Draft {
         name: "joint rig".into(),
         resample_hz,

@@ -6,6 +6,7 @@
 //! inertia is positive.
 
 mod axis;
+mod free;
 mod guess;
 mod parts;
 mod records;

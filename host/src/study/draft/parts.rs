@@ -34,7 +34,7 @@ pub struct DraftRecord {
 #[derive(Clone, Debug, Default)]
 pub struct Said {
     /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement,
-    /// velocity, acceleration and force.
+    /// velocity, acceleration and force (or `force=0` where nothing is applied).
     pub columns: Vec<(String, String)>,
     /// Sample rate, Hz; `None` where a column of time is named.
     pub sample_rate_hz: Option<f64>,
@@ -46,6 +46,11 @@ impl Said {
     /// Whether the user said that the rows of a log count no time.
     pub(super) fn is_timeless(&self, survey: &Survey) -> bool {
         self.column("time") == Some("none") && survey.column("none").is_none()
+    }
+
+    /// Whether the user said that nothing is applied in a log.
+    pub(super) fn is_free(&self, survey: &Survey) -> bool {
+        self.column("force") == Some("0") && survey.column("0").is_none()
     }
 
     /// The column that the user named for a role.
@@ -94,8 +99,8 @@ pub struct DraftAxis {
     pub body_position: Option<DraftChannel>,
     /// The acceleration of the body that carries the inertia.
     pub acceleration: Option<DraftChannel>,
-    /// The force or torque that is applied.
-    pub force: DraftChannel,
+    /// The force or torque that is applied; `None` where nothing is.
+    pub force: Option<DraftChannel>,
     /// kg or kg·m² as the user said, or 0 where the force is the restoring force; `None` to be
     /// identified.
     pub inertia: Option<f64>,
@@ -112,7 +117,7 @@ impl DraftAxis {
     pub(super) fn columns(&self) -> impl Iterator<Item = &str> {
         let single = [&self.velocity, &self.body_position, &self.acceleration];
         let single = single.into_iter().flatten();
-        let all = self.displacement.iter().chain(single).chain([&self.force]);
+        let all = self.displacement.iter().chain(single).chain(&self.force);
         all.map(|c| c.column.as_str())
     }
 }

@@ -89,7 +89,7 @@ pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord
 fn is_within(surveys: &[Survey], one: usize, axes: &[DraftAxis]) -> bool {
     let channels = axes
         .iter()
-        .flat_map(|a| a.displacement.iter().chain([&a.force]));
+        .flat_map(|a| a.displacement.iter().chain(&a.force));
     let mut columns = channels.map(|channel| {
         let ranges = surveys.iter().enumerate();
         let ranges = ranges.filter_map(|(i, s)| Some((i, s.column(&channel.column)?.range)));

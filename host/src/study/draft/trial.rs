@@ -15,7 +15,7 @@ const TRIED: usize = 4;
 /// What explains more must lower what is left of the force to this part before it is believed in.
 pub(super) const BETTER: f64 = 0.7;
 /// An angle whose sine is no straight line, rad.
-const FAR: f64 = 1.0;
+pub(super) const FAR: f64 = 1.0;
 /// Correlation from which on a column is the derivative of another.
 pub(super) const DERIVATIVE: f64 = 0.9;
 

@@ -152,7 +152,7 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
         .displacement
         .iter()
         .chain(&axis.velocity)
-        .chain([&axis.force]);
+        .chain(&axis.force);
     let states_units = channels.any(|channel| channel.unit.is_some());
     let _ = write!(
         text,
@@ -215,7 +215,10 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
         axis.acceleration.as_ref(),
     );
     let _ = writeln!(text, "# The applied force on that body; a list is summed.");
-    line(text, "force", &written(&axis.force), axis.force.guessed);
+    match &axis.force {
+        Some(force) => line(text, "force", &written(force), force.guessed),
+        None => line(text, "force", "0", false),
+    }
     inertia_text(text, axis);
 }
 
@@ -229,6 +232,12 @@ fn inertia_text(text: &mut String, axis: &DraftAxis) {
     );
     let _ = match (axis.inertia, axis.inertia_seen) {
         (Some(0.0), _) => writeln!(text, "inertia = 0.0   {GUESSED}"),
+        (Some(1.0), _) if axis.force.is_none() => {
+            writeln!(
+                text,
+                "inertia = 1.0   # every force is one per {inertia_unit}"
+            )
+        }
         (Some(inertia), _) => writeln!(text, "inertia = {inertia:?}"),
         (None, Some(seen)) => writeln!(
             text,

@@ -153,15 +153,31 @@ fn a_motor_current_stands_for_the_torque_until_its_constant_is_written() {
 }
 
 #[test]
-fn a_free_decay_is_told_what_to_write() {
+fn a_free_decay_is_drafted_where_no_force_is_said_to_be_applied() {
     let folder = TempDir::new().unwrap();
-    let log = text("t [s],q [rad]", |t| [t, motion(t)[0]]);
+    let (stiffness, damping) = (900.0_f64, 1.5);
+    let decay = |t: f64| 0.004 * (-0.5 * damping * t).exp() * (stiffness.sqrt() * t).cos();
+    let log = text("t [s],x [m],bridge [V]", |t| [t, decay(t), 1.0]);
     fs::write(folder.path().join("decay.csv"), log).unwrap();
+    let said = refused(&folder, &["init", "--yes", "decay.csv"], 3);
+    assert!(said.contains("--column force=0"), "{said}");
+    let wrong = refused(
+        &folder,
+        &["init", "--yes", "decay.csv", "--column", "force=1"],
+        2,
+    );
+    assert!(wrong.contains("no column \"1\""), "{wrong}");
+    let no_motion = text("t [s],bridge [V]", |t| [t, t.sin()]);
+    fs::write(folder.path().join("still.csv"), no_motion).unwrap();
+    let words = ["init", "--yes", "still.csv", "--column", "force=0"];
+    let nothing = refused(&folder, &words, 3);
+    assert!(nothing.contains("be the displacement"), "{nothing}");
     let words = ["init", "--yes", "decay.csv", "--column", "force=0"];
-    let said = refused(&folder, &words, 2);
-    assert!(said.contains("force = 0 and inertia = 1"), "{said}");
-    let said = refused(&folder, &words[..3], 3);
-    assert!(said.contains("force = 0 and inertia = 1"), "{said}");
+    let said = succeed(folder.path(), &words);
+    assert!(said.contains("nothing is applied"), "{said}");
+    let path = folder.path().join("study.toml");
+    assert_near(&values(&path), "stiffness", stiffness, 0.02);
+    assert_near(&values(&path), "viscous", damping, 0.05);
 }
 
 /// Rubber in a testing machine: what stands in series with a damper makes it stiffer the quicker it
