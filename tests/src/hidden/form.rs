@@ -87,8 +87,8 @@ pub enum Form {
         exponent: f64,
         /// Largest |x| after which it is half as stiff.
         excursion: f64,
-        /// How far from no force it slips as well, in z, the more the softer it has become: Baber's
-        /// and Noori's Gaussian.
+        /// How far from no force it slips as well, in z, the more the softer it has become:
+        /// Baber's and Noori's Gaussian.
         slip: Option<f64>,
     },
     /// A spring in series with a dry slider (Jenkin's element).

@@ -194,6 +194,13 @@ fn broken(page: &Path, text: &str, target: &str) -> Option<String> {
     if !path.exists() {
         return Some(format!("{target}: there is no {}", path.display()));
     }
+    // The book holds the pages and pictures of its folder alone.
+    let book = workspace().join("docs");
+    if page.starts_with(&book) && !path.starts_with(&book) {
+        return Some(format!(
+            "{target}: leads out of the book; name the file as code"
+        ));
+    }
     if fragment.is_empty() {
         return None;
     }
@@ -304,6 +311,7 @@ fn the_checks_see_what_they_are_for() {
     assert!(links(text).iter().all(|target| of(target).is_none()));
     assert!(of("nowhere.md").is_some() && of("#nothing").is_some());
     assert!(of("reference/study.md#nothing").is_some());
+    assert!(of("../README.md").is_some());
 }
 
 #[test]

@@ -128,11 +128,11 @@ pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said)
         ));
     }
     let instead = match missing {
-        "force" => format!(
+        "force" => {
             "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
              --column force=0 where none is applied, as in a free decay"
-        ),
-        _ => String::new(),
+        }
+        _ => "",
     };
     Error::data(format!(
         "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}{instead}",
