@@ -103,7 +103,7 @@ pub(super) fn answer(
     let [floors, as_logged] =
         [&judged.motions, &in_time.motions].map(|motions| floors(study, model, &search, motions));
     notes.extend(never_rests(study, &floors));
-    notes.extend(coverage::one_loop(&study.axes, &training));
+    notes.extend(coverage::confounded(&study.axes, &training));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
     notes.extend(refutations(&search, &names, unseen.judged_on()));

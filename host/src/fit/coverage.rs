@@ -27,6 +27,10 @@ const ROWS_PER_PARAMETER: usize = 20;
 /// frequency come to 0.03, one trajectory that is repeated to 0.17, random motion to 0.5.
 const ONE_LOOP: f64 = 0.1;
 
+/// Part of its way that an axis goes in one direction, from which on the way back is no motion to
+/// learn from.
+const ONE_WAY: f64 = 0.99;
+
 /// An axis's velocity, m/s or rad/s.
 fn velocity(motion: &Motion, axis: usize) -> &[f64] {
     &motion.states[2 * axis + 1]
@@ -137,7 +141,7 @@ pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize)
             }
         }
     }
-    warnings.extend(one_loop(axes, training));
+    warnings.extend(confounded(axes, training));
     let rows: usize = training.iter().map(|m| m.rows()).sum();
     if rows < ROWS_PER_PARAMETER * parameters {
         warnings.push(format!(
@@ -147,8 +151,33 @@ pub fn training_warnings(axes: &[Axis], training: &[&Motion], parameters: usize)
     warnings
 }
 
+/// A sentence for every axis whose motion in the training records lets one law pass for another.
+pub fn confounded(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
+    [one_loop(axes, training), one_way(axes, training)].concat()
+}
+
+/// A sentence for every axis that goes one way in all training records.
+fn one_way(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
+    let goes_one_way = |axis: usize| {
+        let all = training.iter().flat_map(|m| velocity(m, axis));
+        let [forward, back] = all.fold([0.0_f64; 2], |[forward, back], v| {
+            [forward + v.max(0.0), back - v.min(0.0)]
+        });
+        forward.max(back) > ONE_WAY * (forward + back)
+    };
+    let axes = axes.iter().enumerate().filter(|(i, _)| goes_one_way(*i));
+    axes.map(|(_, axis)| {
+        format!(
+            "axis {} goes one way in all training records: dry friction and a constant force stand in for each other there; let a record of \
+             the other way train",
+            axis.name
+        )
+    })
+    .collect()
+}
+
 /// A sentence for every axis that goes round one and the same loop in all training records.
-pub fn one_loop(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
+fn one_loop(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
     let goes_round = |axis: usize| {
         let gathered = |of: fn(&Motion, usize) -> &[f64]| -> Vec<f64> {
             let all: Vec<f64> = training.iter().flat_map(|m| of(m, axis)).copied().collect();
@@ -302,6 +331,24 @@ mod tests {
         assert_eq!(one_loop(axes, &[&one, &one]).len(), 1);
         assert_eq!(one_loop(axes, &[&one, &faster]), [""; 0]);
         assert_eq!(one_loop(axes, &[&one, &larger]), [""; 0]);
+    }
+
+    #[test]
+    fn a_motion_to_one_side_is_told_and_one_to_and_fro_is_not() {
+        let (ahead, mut back) = (motion(0, [1.0, 0.0]), motion(1, [1.0, 0.0]));
+        let mut forth = ahead.clone();
+        for v in &mut forth.states[1] {
+            *v = 0.5 + 0.501 * *v;
+        }
+        for v in &mut back.states[1] {
+            *v = -0.5 - 0.5 * *v;
+        }
+        let axes = &axes()[..1];
+        assert_eq!(one_way(axes, &[&forth, &forth]).len(), 1);
+        assert_eq!(one_way(axes, &[&back]).len(), 1);
+        assert_eq!(one_way(axes, &[&forth, &back]), [""; 0]);
+        assert_eq!(one_way(axes, &[&ahead]), [""; 0]);
+        assert_eq!(one_way(axes, &[]), [""; 0]);
     }
 
     #[test]
