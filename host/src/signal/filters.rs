@@ -6,6 +6,7 @@ use super::design::{Ideal, design, taps_for, transition_for};
 use super::fir::{quantise, to_f64};
 use crate::signal::motion::motions;
 use crate::study::Study;
+use crate::study::survey::extent;
 use crate::text::error::{Error, Result};
 use crate::text::table::hertz;
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
@@ -19,6 +20,10 @@ const TRANSITION_WIDTH: f64 = 0.75;
 /// The common band's low-pass is made longer where it would fall to zero over more than this share
 /// of the band.
 const WIDEST_FALL: f64 = 1.25;
+/// Fewest taps of a filter.
+const SHORTEST: usize = 9;
+/// Part of the motion that the filters keep.
+const KEPT_MOTION: f64 = 0.25;
 /// A fall to so many times the band lets more noise in than it keeps out.
 const FAR_FALL: f64 = 5.0;
 
@@ -63,10 +68,44 @@ impl Filters {
     /// When the stated band does not fit below half the sample rate, or a record is shorter than
     /// the filters.
     pub fn design(study: &Study) -> Result<Self> {
-        let rate = study.sample_rate_hz;
         if study.quasi_static {
-            return Ok(Self::of_rows(rate));
+            return Ok(Self::of_rows(study.sample_rate_hz));
         }
+        let shortest = study.records.iter().map(|r| r.rows).min();
+        let mut longest = longest_for(shortest.unwrap_or(usize::MAX));
+        loop {
+            let filters = Self::of_at_most(study, longest)?;
+            if longest == SHORTEST || filters.keep_the_motion(study) {
+                return Ok(filters);
+            }
+            longest = odd(longest / 2);
+        }
+    }
+
+    /// Whether the ends that they cost leave a quarter of the motion of every axis: a ramp
+    /// before a rest, or the first swings of a decay, may be the whole of it.
+    fn keep_the_motion(&self, study: &Study) -> bool {
+        let ends = (self.velocity.len() + self.band.len()) / 2;
+        (0..study.axes.len()).all(|axis| {
+            let displacements = study.records.iter().map(|record| {
+                let displacement = record.axes[axis].relative_displacement();
+                let kept = ends..displacement.len().saturating_sub(ends);
+                let kept = displacement.get(kept).unwrap_or_default();
+                [kept, &displacement].map(|part| {
+                    let [low, high] = extent(part.iter().copied());
+                    (high - low).max(0.0)
+                })
+            });
+            let [kept, logged] = displacements.fold([0.0_f64; 2], |[a, b], [kept, logged]| {
+                [a.max(kept), b.max(logged)]
+            });
+            kept >= KEPT_MOTION * logged
+        })
+    }
+
+    /// The same with no filter of more than `longest` taps.
+    fn of_at_most(study: &Study, longest: usize) -> Result<Self> {
+        let rate = study.sample_rate_hz;
         let most = WIDEST * rate;
         if let Some(stated) = study.band_hz
             && stated > most
@@ -79,8 +118,6 @@ impl Filters {
             )));
         }
         let noise_limited_hz = state_band_hz(study);
-        let shortest = study.records.iter().map(|r| r.rows).min();
-        let longest = longest_for(shortest.unwrap_or(usize::MAX));
         let mut filters = Self::differentiators(rate, noise_limited_hz, longest)?;
         let mut reason;
         match study.band_hz {
@@ -254,7 +291,12 @@ fn short(hz: f64) -> String {
 /// The most taps of each filter of a record of so many rows: a quarter, so that half of a short
 /// record is left behind the filters. Odd.
 fn longest_for(rows: usize) -> usize {
-    let most = (rows / 4).clamp(9, MAX_BAND_TAPS);
+    odd((rows / 4).min(MAX_BAND_TAPS))
+}
+
+/// The odd number of taps at or below `taps`, at least [`SHORTEST`].
+fn odd(taps: usize) -> usize {
+    let most = taps.max(SHORTEST);
     most - usize::from(most.is_multiple_of(2))
 }
 

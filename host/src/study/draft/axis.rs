@@ -11,6 +11,8 @@ use crate::text::error::{Error, Result};
 
 /// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
 const LOSSY: f64 = 0.05;
+/// The same, from which on nearly all of the work is of one sign.
+const MOST_OF_IT: f64 = 0.5;
 /// The axes that the columns of the first log make, tried against all logs.
 pub(super) fn axes(
     logs: &[Log<'_>],
@@ -311,11 +313,15 @@ fn turn_a_sign(
 }
 
 /// What is positive where the force resists the motion: damping, work taken in, or stiffness,
-/// whatever tells most.
+/// whatever tells most; 0 where that and the work contradict each other, as where a load is lifted.
 fn resists(chosen: &Trial<'_>, timeless: bool) -> f64 {
     let [inertia, damping, stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
+    let tells = chosen.work[0].abs() > MOST_OF_IT * chosen.work[1];
     if chosen.fitted.sure(1) && !timeless {
-        damping
+        match tells && damping * chosen.work[0] < 0.0 {
+            true => 0.0,
+            false => damping,
+        }
     } else if chosen.weighs {
         // The weight of a body pulls either way.
         inertia
