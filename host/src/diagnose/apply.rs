@@ -246,8 +246,8 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
 
 /// Adds what was found, one after the other; says why when nothing could be added.
 ///
-/// An effect that does not help by itself, or has no physical value there, waits for the others: of
-/// two that act together the smaller one may help only beside the larger.
+/// An effect that does not help by itself, is cancelled there or has no physical value waits for the
+/// others: of two that act together the smaller one may help only beside the larger.
 fn add_all(
     (study, prepared): (&Study, &Prepared),
     model: &mut ModelFile,
@@ -299,6 +299,7 @@ fn add_all(
             left_out = Some(format!(
                 "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
             ));
+            waiting.extend((!last_try).then_some((names, steps)));
         } else if means_nothing.is_some() {
             left_out = means_nothing;
             waiting.extend((!last_try).then_some((names, steps)));

@@ -68,3 +68,46 @@ fn dry_friction_of_one_way_runs_is_no_zero_of_the_instrument() {
     assert!((values("gravity") / 38.0 - 1.0).abs() < 0.02);
     assert!((values("viscous") / 3.0 - 1.0).abs() < 0.2);
 }
+
+/// A swing of a servo with weight and dry friction, beside a load.
+fn swing(number: usize, load: f64) -> String {
+    const ROWS: u32 = 300;
+    let mut text = String::from("t,angle,torque\n");
+    for row in 0..ROWS {
+        let (t, share) = (f64::from(row) / 400.0, f64::from(row) / f64::from(ROWS - 1));
+        let angle = 2.6 * (10.0 - 15.0 * share + 6.0 * share * share) * share.powi(3);
+        let speed = 2.6 * 30.0 * (share * (1.0 - share)).powi(2) / 0.7475;
+        let friction = 0.237 * (speed / 0.02).tanh() + 0.03 * speed;
+        let weight = -0.368 * angle.sin() - 0.264 * (angle.cos() - 1.0);
+        let read = friction + weight + load + 0.017 * noise(row, 0.3 + number as f64);
+        let counted = (angle / 0.002).round() * 0.002;
+        writeln!(text, "{t:.4},{counted:.3},{read:.5}").unwrap();
+    }
+    text
+}
+
+/// Alone, the weight would be cancelled by what the loads leave: it waits until those are found.
+#[test]
+fn a_weight_beside_loads_that_differ_is_added_with_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut study = String::from(
+        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n",
+    );
+    for (number, load) in [0.151, 0.129, 1.59, 1.432].into_iter().enumerate() {
+        let file = format!("r{number}.csv");
+        fs::write(folder.join(&file), swing(number, load)).unwrap();
+        let role = if number < 3 { "train" } else { "validate" };
+        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
+    }
+    study.push_str("[base]\nterms = [\"viscous@phi\"]\n");
+    fs::write(folder.join("study.toml"), study).unwrap();
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
+    succeed(folder, &given);
+    let model = ModelFile::read(&folder.join("full.json")).unwrap();
+    let effects: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
+    for effect in ["gravity@phi", "force_zero@phi"] {
+        assert!(effects.iter().any(|name| name == effect), "{effects:?}");
+    }
+}
