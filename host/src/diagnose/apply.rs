@@ -246,8 +246,8 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
 
 /// Adds what was found, one after the other; says why when nothing could be added.
 ///
-/// An effect that does not help by itself, is cancelled there or has no physical value waits for the
-/// others: of two that act together the smaller one may help only beside the larger.
+/// An effect that does not help by itself, is cancelled there or has no physical value waits for
+/// the others: of two that act together the smaller one may help only beside the larger.
 fn add_all(
     (study, prepared): (&Study, &Prepared),
     model: &mut ModelFile,

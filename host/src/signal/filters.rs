@@ -6,7 +6,6 @@ use super::design::{Ideal, design, taps_for, transition_for};
 use super::fir::{quantise, to_f64};
 use crate::signal::motion::motions;
 use crate::study::Study;
-use crate::study::survey::extent;
 use crate::text::error::{Error, Result};
 use crate::text::table::hertz;
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
@@ -22,7 +21,7 @@ const TRANSITION_WIDTH: f64 = 0.75;
 const WIDEST_FALL: f64 = 1.25;
 /// Fewest taps of a filter.
 const SHORTEST: usize = 9;
-/// Part of the motion that the filters keep.
+/// Part of the way of an axis that the filters keep.
 const KEPT_MOTION: f64 = 0.25;
 /// A fall to so many times the band lets more noise in than it keeps out.
 const FAR_FALL: f64 = 5.0;
@@ -82,23 +81,20 @@ impl Filters {
         }
     }
 
-    /// Whether the ends that they cost leave a quarter of the motion of every axis: a ramp
-    /// before a rest, or the first swings of a decay, may be the whole of it.
+    /// Whether the ends that they cost leave a quarter of the way that every axis goes: a ramp
+    /// before a rest, or the first swings of a decay, may be all of it.
     fn keep_the_motion(&self, study: &Study) -> bool {
         let ends = (self.velocity.len() + self.band.len()) / 2;
+        let way = |part: &[f64]| -> f64 { part.windows(2).map(|w| (w[1] - w[0]).abs()).sum() };
         (0..study.axes.len()).all(|axis| {
-            let displacements = study.records.iter().map(|record| {
-                let displacement = record.axes[axis].relative_displacement();
+            let displacements = study.records.iter();
+            let displacements = displacements.map(|r| r.axes[axis].relative_displacement());
+            let ways = displacements.map(|displacement| {
                 let kept = ends..displacement.len().saturating_sub(ends);
-                let kept = displacement.get(kept).unwrap_or_default();
-                [kept, &displacement].map(|part| {
-                    let [low, high] = extent(part.iter().copied());
-                    (high - low).max(0.0)
-                })
+                [displacement.get(kept).unwrap_or_default(), &displacement].map(way)
             });
-            let [kept, logged] = displacements.fold([0.0_f64; 2], |[a, b], [kept, logged]| {
-                [a.max(kept), b.max(logged)]
-            });
+            let [kept, logged] =
+                ways.fold([0.0; 2], |[a, b], [kept, logged]| [a + kept, b + logged]);
             kept >= KEPT_MOTION * logged
         })
     }

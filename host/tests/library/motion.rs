@@ -181,6 +181,38 @@ fn a_band_chosen_from_the_data_holds_the_force() {
 }
 
 #[test]
+fn a_ramp_before_a_hold_is_not_cut_off_by_the_filters() {
+    // A relaxation test of 1000 rows at 6 Hz: pulled for 20 s, then held.
+    let mut study = study(Convention::ForceMinusInertia, false);
+    let relaxes = |i: usize| {
+        let t = i as f64 / 6.0;
+        let after = (t - 20.0).max(0.0);
+        let ramp = 4e-3 * t.min(20.0);
+        [ramp, 1500.0 * ramp * (0.7 + 0.3 * (-after / 60.0).exp())]
+    };
+    study.sample_rate_hz = 6.0;
+    study.band_hz = None;
+    study.axes[0].inertia = Some(0.0);
+    study.axes[0].ground_stiffness = 0.0;
+    study.axes[0].ground_damping = 0.0;
+    let record = &mut study.records[0];
+    record.rows = 1000;
+    record.axes[0].displacement_first = (0..1000).map(|i| relaxes(i)[0]).collect();
+    record.axes[0].displacement_second = None;
+    record.axes[0].body_position = None;
+    record.axes[0].force = (0..1000).map(|i| relaxes(i)[1]).collect();
+    let filters = Filters::design(&study).unwrap();
+    println!("{}", filters.reason);
+    let motion = &motions(&study, &filters).unwrap()[0];
+    let [x, low] = [
+        &motion.states[0],
+        &low_pass(&motion.states[0], &filters.band),
+    ];
+    let way = |x: &[f64]| x[x.len() - 1] - x[0];
+    assert!(way(x) > 0.25 * 0.08 && way(low) > 0.2 * 0.08);
+}
+
+#[test]
 fn what_the_filters_cannot_do_is_refused() {
     let mut wide = study(Convention::default(), true);
     wide.band_hz = Some(900.0);
