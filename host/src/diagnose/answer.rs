@@ -407,8 +407,9 @@ pub(super) fn in_words_probabilities(
     decisions: &[Decision],
     zeros: &[&Zeros],
     axes: &[&str],
-    data: f64,
+    at_fault: bool,
 ) -> BTreeMap<String, f64> {
+    let data = f64::from(u8::from(at_fault));
     let mut out = BTreeMap::new();
     let nothing: f64 = decisions.iter().map(|d| d.chances.nothing).product();
     let no_zero: f64 = zeros.iter().map(|zeros| 1.0 - zeros.chance()).product();

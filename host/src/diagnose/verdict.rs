@@ -117,12 +117,7 @@ pub(super) fn answer(
     let found = in_words_found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
     let short = too_short(&learnt, &base, &names);
-    let explains_more = |(axis, power)| {
-        let mut decisions = search.decisions.iter();
-        decisions.any(|d| d.axis == axis && d.named() > power)
-    };
-    let is_fault = |f: &Finding| f.serious && !f.spikes.is_some_and(explains_more);
-    let serious = wrong.iter().any(is_fault) || !short.is_empty();
+    let serious = wrong.iter().any(|f| is_fault(f, &search)) || !short.is_empty();
     let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
     let per_axis = |values: &[f64]| named(&names, values);
     let noise = noise(study, model, &judged, &as_logged);
@@ -135,7 +130,6 @@ pub(super) fn answer(
     let absorbed = absorbed(study, prepared, model, &new)?;
     notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
     let (decisions, zeros) = (&search.decisions, search.zeros_found());
-    let data = f64::from(u8::from(serious));
     Ok(Diagnosis {
         verdict,
         judged_on: unseen.judged_on(),
@@ -145,13 +139,22 @@ pub(super) fn answer(
         noise_floor: per_axis(&noise),
         ranked: in_words_ranked(&search, &found, (&learnt, &base), study)?,
         found,
-        probabilities: in_words_probabilities(decisions, &zeros, &names, data),
+        probabilities: in_words_probabilities(decisions, &zeros, &names, serious),
         remainder: in_words_remainder(decisions, &names),
         looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,
         data_problems: [short, data_checks::sentences(wrong)].concat(),
         notes,
     })
+}
+
+/// Whether a finding is serious, and no effect of its axis explains more than it holds.
+fn is_fault(finding: &Finding, search: &Search) -> bool {
+    let explains_more = |(axis, power)| {
+        let mut decisions = search.decisions.iter();
+        decisions.any(|d| d.axis == axis && d.named() > power)
+    };
+    finding.serious && !finding.spikes.is_some_and(explains_more)
 }
 
 /// The motions whose zeros of force are compared, where they are not those of training: one record

@@ -28,26 +28,37 @@ fn run(number: usize, speed: f64) -> String {
     text
 }
 
-#[test]
-fn dry_friction_of_one_way_runs_is_no_zero_of_the_instrument() {
+/// What `diagnose --apply` says of logs, and the model that it makes: the first are learnt from.
+fn applied(logs: &[String], training: usize, base: &str) -> (Value, ModelFile) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let mut study = String::from(
         "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n",
     );
-    for (number, speed) in SPEEDS.into_iter().enumerate() {
+    for (number, log) in logs.iter().enumerate() {
         let file = format!("r{number}.csv");
-        fs::write(folder.join(&file), run(number, speed)).unwrap();
-        let role = if number < 4 { "train" } else { "validate" };
+        fs::write(folder.join(&file), log).unwrap();
+        let role = if number < training {
+            "train"
+        } else {
+            "validate"
+        };
         writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
     }
-    study.push_str("[base]\nterms = [\"gravity@phi\", \"viscous@phi\"]\n");
+    writeln!(study, "[base]\nterms = [{base}]").unwrap();
     fs::write(folder.join("study.toml"), study).unwrap();
     succeed(folder, &["identify", ".", "--model", "physical"]);
     let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
     let text = succeed(folder, &[&given[..], &["--json", "-"]].concat());
-    let said: Value = serde_json::from_str(&text).unwrap();
     let model = ModelFile::read(&folder.join("full.json")).unwrap();
+    (serde_json::from_str(&text).unwrap(), model)
+}
+
+#[test]
+fn dry_friction_of_one_way_runs_is_no_zero_of_the_instrument() {
+    let runs = SPEEDS.into_iter().enumerate();
+    let runs: Vec<String> = runs.map(|(number, speed)| run(number, speed)).collect();
+    let (said, model) = applied(&runs, 4, "\"gravity@phi\", \"viscous@phi\"");
     let effects: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
     assert!(
         !effects.iter().any(|name| name.starts_with("force_")),
@@ -89,23 +100,9 @@ fn swing(number: usize, load: f64) -> String {
 /// Alone, the weight would be cancelled by what the loads leave: it waits until those are found.
 #[test]
 fn a_weight_beside_loads_that_differ_is_added_with_them() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let mut study = String::from(
-        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n",
-    );
-    for (number, load) in [0.151, 0.129, 1.59, 1.432].into_iter().enumerate() {
-        let file = format!("r{number}.csv");
-        fs::write(folder.join(&file), swing(number, load)).unwrap();
-        let role = if number < 3 { "train" } else { "validate" };
-        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
-    }
-    study.push_str("[base]\nterms = [\"viscous@phi\"]\n");
-    fs::write(folder.join("study.toml"), study).unwrap();
-    succeed(folder, &["identify", ".", "--model", "physical"]);
-    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
-    succeed(folder, &given);
-    let model = ModelFile::read(&folder.join("full.json")).unwrap();
+    let loads = [0.151, 0.129, 1.59, 1.432].into_iter().enumerate();
+    let swings: Vec<String> = loads.map(|(number, load)| swing(number, load)).collect();
+    let (_, model) = applied(&swings, 3, "\"viscous@phi\"");
     let effects: Vec<String> = model.effects.iter().map(|e| e.name()).collect();
     for effect in ["gravity@phi", "force_zero@phi"] {
         assert!(effects.iter().any(|name| name == effect), "{effects:?}");

@@ -379,14 +379,7 @@ fn axis_of(
     let mut force_channel = channel(force, Quantity::Force(kind));
     let accelerometer = Quantity::Acceleration(kind);
     let mut acceleration = chosen.acceleration.map(|a| channel(a, accelerometer));
-    let logged = parts.velocity.first().copied();
-    let velocity = match parts.integrated {
-        true => Some(chosen.first),
-        false => logged.filter(|v| {
-            !said.is_timeless(logs[0].survey)
-                && agrees(&logs[0], v, (chosen.first, chosen.second), kind)
-        }),
-    };
+    let velocity = velocity_of(&logs[0], parts, (chosen.first, chosen.second), kind, said);
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let positions = std::iter::once(chosen.first).chain(chosen.second);
     let positions = positions.filter(|_| !parts.integrated);
@@ -456,8 +449,24 @@ fn unit_to_replace(force: &SurveyedColumn, kind: AxisKind) -> Option<String> {
     ))
 }
 
+/// The velocity of an axis: that which is integrated, or a logged one that goes with the
+/// displacement, where the log counts the time.
+pub(super) fn velocity_of<'a>(
+    log: &Log<'_>,
+    parts: &Parts<'a>,
+    pair: (&'a SurveyedColumn, Option<&SurveyedColumn>),
+    kind: AxisKind,
+    said: &Said,
+) -> Option<&'a SurveyedColumn> {
+    if parts.integrated {
+        return Some(pair.0);
+    }
+    let logged = parts.velocity.first().copied();
+    logged.filter(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, kind))
+}
+
 /// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
-pub(super) fn agrees(
+fn agrees(
     log: &Log<'_>,
     velocity: &SurveyedColumn,
     (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),

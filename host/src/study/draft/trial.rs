@@ -5,7 +5,7 @@ use super::parts::{DraftAxis, Log, Said, factor};
 use crate::study::AxisKind;
 use crate::study::channels::axis::integral;
 use crate::study::channels::units::Quantity;
-use crate::study::check::kinematics::{alike, clear_lag, derivative_likeness, motion};
+use crate::study::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn, extent};
 use crate::text::error::{Error, Result};
@@ -189,6 +189,19 @@ pub(super) fn relative(
     Some(values)
 }
 
+/// The accelerometer that follows a position best, and how it does.
+pub(super) fn accelerometer<'a>(
+    log: &Log<'_>,
+    position: &[f64],
+    parts: &Parts<'a>,
+) -> Option<(&'a SurveyedColumn, Likeness)> {
+    let all = parts.acceleration.iter().filter_map(|a| {
+        let found = derivative_likeness(log.values(&a.name)?, position, 2, log.rate_hz);
+        Some((*a, found))
+    });
+    all.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()))
+}
+
 /// Work that is done along a path and its size to and fro, beside those of other paths.
 fn with_work(before: [f64; 2], x: &[f64], f: &[f64]) -> [f64; 2] {
     let steps = x.windows(2).zip(f.windows(2));
@@ -210,14 +223,8 @@ fn trial<'a>(
 ) -> Option<Trial<'a>> {
     let body = second.unwrap_or(first);
     let kinds = (kind, parts.integrated);
-    // The accelerometer that follows the body best.
-    let follows = parts.acceleration.iter().filter_map(|a| {
-        let log = &logs[0];
-        let position = relative(log, body, None, kinds)?;
-        let found = derivative_likeness(log.values(&a.name)?, &position, 2, log.rate_hz);
-        Some((*a, found))
-    });
-    let best = follows.max_by(|a, b| a.1.correlation.abs().total_cmp(&b.1.correlation.abs()));
+    let position = relative(&logs[0], body, None, kinds)?;
+    let best = accelerometer(&logs[0], &position, parts);
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     // By a spring, and where it turns by the weight of a body, each alone and beside dry friction.
