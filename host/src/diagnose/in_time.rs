@@ -136,11 +136,14 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
     let late = study.axes.iter().enumerate().map(|(index, axis)| {
         let curve = curve(&records, index);
         let force = |delay_s: f64| {
-            let read = middle.iter().flat_map(|motion| {
+            let read = middle.iter().enumerate().flat_map(|(record, motion)| {
                 let mut motion = (*motion).clone();
                 shift(&mut motion, index, delay_s);
                 let inertia = axis.inertia.unwrap_or(0.0);
-                records.thinned(&motion.restoring_force(index, inertia, axis.restoring_force))
+                records.thinned(
+                    record,
+                    &motion.restoring_force(index, inertia, axis.restoring_force),
+                )
             });
             read.collect::<Vec<f64>>()
         };

@@ -7,10 +7,12 @@ use super::errors::{constants, strongest_line};
 use super::learner::Knows;
 use super::search::{Refuted, Search};
 use crate::assess::noise_floor::Floor;
+use crate::fit::coverage;
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
 use crate::model::file::{JudgedOn, ModelFile};
-use crate::signal::motion::Motion;
+use crate::signal::motion::{Filters, Motion};
+use crate::signal::standstill;
 use crate::signal::statistics::rms;
 use crate::study::Study;
 use crate::text::table::rounded;
@@ -31,6 +33,14 @@ pub(super) fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
         )
     })
     .collect()
+}
+
+/// What the motion of the training records leaves open, in a sentence each.
+pub(super) fn of_motion(study: &Study, training: &[&Motion], filters: &Filters) -> Vec<String> {
+    let confounded = coverage::confounded(&study.axes, training).into_iter();
+    confounded
+        .chain(standstill::in_words(study, filters))
+        .collect()
 }
 
 /// What a polynomial or a network makes of an effect already, in a sentence.

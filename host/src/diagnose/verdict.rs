@@ -10,13 +10,12 @@ use super::base::base_of;
 use super::criteria::CRITERIA;
 use super::decide::Decision;
 use super::errors::{Unseen, relative_errors};
-use super::notes::{follows_already, in_notes, never_rests, of_constants, refutations};
+use super::notes::{follows_already, in_notes, never_rests, of_constants, of_motion, refutations};
 use super::search::{Given, Search, search};
 use crate::assess::compare;
 use crate::assess::data_checks::{self, Finding};
 use crate::assess::noise_floor::{self, Floor};
 use crate::diagnose::add;
-use crate::fit::coverage;
 use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
@@ -103,7 +102,7 @@ pub(super) fn answer(
     let [floors, as_logged] =
         [&judged.motions, &in_time.motions].map(|motions| floors(study, model, &search, motions));
     notes.extend(never_rests(study, &floors));
-    notes.extend(coverage::confounded(&study.axes, &training));
+    notes.extend(of_motion(study, &training, &model.filters));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
     notes.extend(refutations(&search, &names, unseen.judged_on()));

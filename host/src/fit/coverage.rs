@@ -278,6 +278,7 @@ mod tests {
                 .collect()
         };
         Motion {
+            still: Vec::new(),
             before: Vec::new(),
             inputs: Vec::new(),
             record,

@@ -4,7 +4,7 @@
 use crate::model::ModelAxis;
 use crate::model::file::{AxisError, ModelFile};
 use crate::signal::motion::{self, Motion, low_pass};
-use crate::signal::statistics::{peak, rms};
+use crate::signal::statistics::peak;
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
 use serde::Serialize;
@@ -65,12 +65,12 @@ impl RecordFigures {
 /// records.
 pub const AT_REST_BELOW: f64 = 0.03;
 
-/// Errors of one record and axis, and the measured force that they are held against.
-struct Forces {
-    error: Vec<f64>,
-    error_band: Vec<f64>,
-    force: Vec<f64>,
-    force_band: Vec<f64>,
+/// Errors of one record and axis, beside the measured force that they are held against.
+struct Errors {
+    /// In the common band, row by row; 0 in rows that count for nothing.
+    in_band: Vec<f64>,
+    of_band: Sums,
+    of_wide_band: Sums,
 }
 
 /// Σ(r−r̂)², Σ(r−mean)² and Σr² of a series of errors and forces.
@@ -135,7 +135,7 @@ pub(crate) struct Evaluated<'a> {
     model: &'a ModelFile,
     motions: Cow<'a, [Motion]>,
     /// Per record and axis.
-    forces: Vec<Vec<Forces>>,
+    errors: Vec<Vec<Errors>>,
 }
 
 impl<'a> Evaluated<'a> {
@@ -172,7 +172,7 @@ impl<'a> Evaluated<'a> {
     ) -> Result<Self> {
         let motions = motions.into();
         let band = &model.filters.band;
-        let mut forces = Vec::new();
+        let mut errors = Vec::new();
         for motion in motions.iter() {
             if motion.rows() < 2 * band.len() {
                 return Err(Error::data(format!(
@@ -183,13 +183,13 @@ impl<'a> Evaluated<'a> {
                     band.len()
                 )));
             }
-            forces.push(evaluate(model, motion, band)?);
+            errors.push(evaluate(model, motion, band)?);
         }
         Ok(Self {
             study,
             model,
             motions,
-            forces,
+            errors,
         })
     }
 
@@ -198,27 +198,25 @@ impl<'a> Evaluated<'a> {
         // What counts as rest is known only once every record has been seen.
         let largest: Vec<f64> = (0..self.model.axes.len())
             .map(|axis| {
-                let rms = self
-                    .forces
-                    .iter()
-                    .map(|forces| rms(&forces[axis].force_band));
+                let errors = self.errors.iter();
+                let rms = errors.map(|errors| errors[axis].of_band.rms_force());
                 rms.fold(0.0, f64::max)
             })
             .collect();
-        let records = self.motions.iter().zip(&self.forces);
+        let records = self.motions.iter().zip(&self.errors);
         records
-            .map(|(motion, forces)| {
+            .map(|(motion, errors)| {
                 let record = &self.study.records[motion.record];
                 let outside = outside_range(self.model, motion);
-                let axes = self.model.axes.iter().zip(forces).zip(&largest);
+                let axes = self.model.axes.iter().zip(errors).zip(&largest);
                 RecordFigures {
                     file: record.file.clone(),
                     role: record.role,
                     first_row: record.first_row,
-                    rows: motion.rows(),
+                    rows: motion.counted(vec![0.0; motion.rows()], 1, 1).len(),
                     axes: axes
-                        .map(|((axis, forces), &largest)| {
-                            (axis.name.clone(), forces.figures(outside, largest))
+                        .map(|((axis, errors), &largest)| {
+                            (axis.name.clone(), errors.figures(outside, largest))
                         })
                         .collect(),
                 }
@@ -234,7 +232,7 @@ impl<'a> Evaluated<'a> {
         }
         let axis_error = |(index, axis): (usize, &ModelAxis)| {
             let sums = of_role()
-                .map(|(_, forces)| Sums::of(&forces[index].error_band, &forces[index].force_band))
+                .map(|(_, errors)| errors[index].of_band)
                 .fold(Sums::default(), Sums::plus);
             AxisError {
                 axis: axis.name.clone(),
@@ -247,39 +245,39 @@ impl<'a> Evaluated<'a> {
 
     /// The motions of a role, each with the model's errors in the common band, per axis.
     pub(crate) fn errors_of(&self, role: Role) -> impl Iterator<Item = (&Motion, Vec<&[f64]>)> {
-        self.of_role(role).map(|(motion, forces)| {
-            let errors = forces.iter().map(|f| f.error_band.as_slice());
+        self.of_role(role).map(|(motion, errors)| {
+            let errors = errors.iter().map(|e| e.in_band.as_slice());
             (motion, errors.collect())
         })
     }
 
-    fn of_role(&self, role: Role) -> impl Iterator<Item = (&Motion, &Vec<Forces>)> {
-        let records = self.motions.iter().zip(&self.forces);
+    fn of_role(&self, role: Role) -> impl Iterator<Item = (&Motion, &Vec<Errors>)> {
+        let records = self.motions.iter().zip(&self.errors);
         records.filter(move |(motion, _)| self.study.records[motion.record].role == role)
     }
 }
 
-impl Forces {
+impl Errors {
     /// The figures of one axis; `largest` is its largest RMS force over all records.
     fn figures(&self, outside_range: f64, largest: f64) -> AxisFigures {
-        let band = Sums::of(&self.error_band, &self.force_band);
+        let band = self.of_band;
         let rms_force = band.rms_force();
         AxisFigures {
             nmse_percent: band.nmse_percent(),
-            nmse_percent_wide_band: Sums::of(&self.error, &self.force).nmse_percent(),
+            nmse_percent_wide_band: self.of_wide_band.nmse_percent(),
             relative_error: band.relative_error(),
             rms_error: band.rms_error(),
             rms_force,
-            peak_error: peak(&self.error_band),
+            peak_error: peak(&self.in_band),
             outside_range,
             at_rest: rms_force < AT_REST_BELOW * largest,
         }
     }
 }
 
-fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forces>> {
+fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Errors>> {
     let predicted = model.predict_motion(motion)?;
-    let forces = model
+    let errors = model
         .axes
         .iter()
         .zip(predicted)
@@ -297,14 +295,22 @@ fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Forc
                 axis.inertia_identified,
                 axis.restoring_force,
             );
-            Forces {
-                error_band: low_pass(&error, band),
-                force_band: low_pass(&force, band),
-                error,
-                force,
+            let mut in_band = low_pass(&error, band);
+            let sums = |error: Vec<f64>, force: Vec<f64>, taps: usize| {
+                let [error, force] = [error, force].map(|s| motion.counted(s, taps, 1));
+                Sums::of(&error, &force)
+            };
+            let of_band = sums(in_band.clone(), low_pass(&force, band), band.len());
+            let still = motion.still.iter().skip(band.len() / 2);
+            let still = in_band.iter_mut().zip(still).filter(|(_, still)| **still);
+            still.for_each(|(error, _)| *error = 0.0);
+            Errors {
+                in_band,
+                of_band,
+                of_wide_band: sums(error, force, 1),
             }
         });
-    Ok(forces.collect())
+    Ok(errors.collect())
 }
 
 fn outside_range(model: &ModelFile, motion: &Motion) -> f64 {

@@ -87,15 +87,14 @@ impl Stretches {
         let mut grams: Vec<Mat<f64>> = Vec::new();
         for motion in motions {
             let states = motion.base_states(input);
+            let filtered = |series: &[f64]| {
+                let filtered = apply_every(series, low_pass, step);
+                motion.counted(filtered, low_pass.len(), step)
+            };
             let series: Vec<Vec<f64>> = features(motion, &states, ranges)
-                .map(|feature| apply_every(&feature, low_pass, step))
-                .chain(
-                    motion
-                        .acceleration
-                        .iter()
-                        .map(|a| apply_every(a, low_pass, step)),
-                )
-                .chain(motion.force.iter().map(|f| apply_every(f, low_pass, step)))
+                .map(|feature| filtered(&feature))
+                .chain(motion.acceleration.iter().map(|a| filtered(a)))
+                .chain(motion.force.iter().map(|f| filtered(f)))
                 .collect();
             let rows = series[0].len();
             for stretch in 0..STRETCHES {

@@ -112,6 +112,13 @@ fn derived_floor(study: &Study, axis: usize) -> f64 {
     floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR)
 }
 
+/// Standard deviation of white noise as strong as a displacement's noise floor.
+pub(super) fn noise_of(displacement: &[f64], sample_rate_hz: f64) -> f64 {
+    let mut sum = Accumulator::new(sample_rate_hz, SEGMENT.min(displacement.len()));
+    sum.add(displacement);
+    (floor_of(&sum.finish(), DISPLACEMENT_FLOOR) * 0.5 * sample_rate_hz).sqrt()
+}
+
 /// The spectrum over all records of what an axis's channels give.
 fn spectrum_of(study: &Study, axis: usize, series: impl Fn(&Channels) -> Vec<f64>) -> Spectrum {
     let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);

@@ -14,6 +14,7 @@ mod lead_in;
 pub(crate) mod mixed_acceleration;
 pub mod motion;
 pub mod spectrum;
+pub(crate) mod standstill;
 pub(crate) mod statistics;
 
 #[cfg(test)]

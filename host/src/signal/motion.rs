@@ -15,6 +15,7 @@
 use crate::signal::earlier::remembered;
 use crate::signal::fir::apply;
 use crate::signal::lead_in::AxisRecord;
+use crate::signal::standstill;
 use crate::study::{Axis, Convention, Record, Study};
 use crate::text::error::{Error, Result, in_order};
 use rayon::prelude::*;
@@ -51,9 +52,26 @@ pub struct Motion {
     pub ground: Vec<Option<Vec<f64>>>,
     /// Inputs of the study with their names, in their own units, wide-band.
     pub inputs: Vec<(String, Vec<f64>)>,
+    /// Rows that count for nothing, as no axis moves there and the study leaves such rows out; empty
+    /// where every row counts.
+    pub still: Vec<bool>,
 }
 
 impl Motion {
+    /// What counts of a series along these rows that went through a symmetric filter of so many
+    /// taps and of which every so-manieth row was kept.
+    pub(crate) fn counted(&self, filtered: Vec<f64>, taps: usize, every: usize) -> Vec<f64> {
+        if self.still.is_empty() {
+            return filtered;
+        }
+        let still = self.still.iter().skip(taps / 2).step_by(every);
+        let counted = filtered
+            .into_iter()
+            .zip(still)
+            .filter(|(_, still)| !**still);
+        counted.map(|(value, _)| value).collect()
+    }
+
     /// What the force channel of an axis reads, N or N·m: the applied force with nothing taken off.
     pub fn applied_force(&self, axis: usize) -> Cow<'_, [f64]> {
         let force = &self.force[axis];
@@ -92,67 +110,47 @@ impl Motion {
 
     /// Some of its rows.
     pub(crate) fn cut(&self, rows: Range<usize>) -> Self {
-        let cut = |series: &[Vec<f64>]| {
-            let series = series.iter();
-            series.map(|s| s[rows.clone()].to_vec()).collect()
-        };
+        let all = self.before.iter().zip(&self.states);
+        let before = all.map(|(b, s)| [b, &s[..rows.start]].concat());
         Self {
-            record: self.record,
             first_row: self.first_row + rows.start,
-            sample_rate_hz: self.sample_rate_hz,
-            states: cut(&self.states),
-            before: {
-                let all = self.before.iter().zip(&self.states);
-                let before = all.map(|(b, s)| [b, &s[..rows.start]].concat());
-                remembered(&before.collect::<Vec<_>>(), self.sample_rate_hz)
-            },
-            acceleration: cut(&self.acceleration),
-            force: cut(&self.force),
-            inputs: {
-                let inputs = self.inputs.iter();
-                let cut = |(name, s): &(String, Vec<f64>)| (name.clone(), s[rows.clone()].to_vec());
-                inputs.map(cut).collect()
-            },
-            ground: {
-                let ground = self.ground.iter();
-                let cut = |g: &Option<Vec<f64>>| g.as_ref().map(|g| g[rows.clone()].to_vec());
-                ground.map(cut).collect()
-            },
+            before: remembered(&before.collect::<Vec<_>>(), self.sample_rate_hz),
+            still: self.still.get(rows.clone()).unwrap_or_default().to_vec(),
+            ..self.picked(|series| series[rows.clone()].to_vec())
         }
     }
 
-    /// Every `step`-th row, beginning with the first. Nothing is filtered: only for a look at what
-    /// changes slowly.
-    pub fn every(&self, step: usize) -> Self {
-        let thin = |series: &[Vec<f64>]| {
-            let series = series.iter();
-            series
-                .map(|s| s.iter().step_by(step).copied().collect())
-                .collect()
-        };
+    /// The rows that count, for laws without memory: they no longer follow each other in time.
+    pub(crate) fn moving(&self) -> Cow<'_, Self> {
+        match self.still.is_empty() {
+            true => Cow::Borrowed(self),
+            false => Cow::Owned(Self {
+                before: Vec::new(),
+                still: Vec::new(),
+                ..self.picked(|series| self.counted(series.to_vec(), 1, 1))
+            }),
+        }
+    }
+
+    /// The same with what `pick` makes of every series along its rows.
+    fn picked(&self, pick: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let all = |series: &[Vec<f64>]| series.iter().map(|s| pick(s)).collect();
+        let inputs = self.inputs.iter();
         Self {
             record: self.record,
             first_row: self.first_row,
-            sample_rate_hz: self.sample_rate_hz / step as f64,
-            states: thin(&self.states),
-            before: thin(&self.before),
-            acceleration: thin(&self.acceleration),
-            force: thin(&self.force),
-            inputs: {
-                let inputs = self.inputs.iter();
-                let thin = |(name, s): &(String, Vec<f64>)| {
-                    (name.clone(), s.iter().step_by(step).copied().collect())
-                };
-                inputs.map(thin).collect()
-            },
-            ground: {
-                let ground = self.ground.iter();
-                let thin = |g: &Option<Vec<f64>>| {
-                    g.as_ref()
-                        .map(|g| g.iter().step_by(step).copied().collect())
-                };
-                ground.map(thin).collect()
-            },
+            sample_rate_hz: self.sample_rate_hz,
+            states: all(&self.states),
+            before: self.before.clone(),
+            acceleration: all(&self.acceleration),
+            force: all(&self.force),
+            ground: self
+                .ground
+                .iter()
+                .map(|g| g.as_deref().map(&pick))
+                .collect(),
+            inputs: inputs.map(|(name, s)| (name.clone(), pick(s))).collect(),
+            still: self.still.clone(),
         }
     }
 
@@ -226,6 +224,10 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             .iter()
             .map(|(name, s)| (name.clone(), s[half..s.len() - half].to_vec()))
             .collect(),
+        still: match study.leave_out_standstill {
+            true => standstill::left_out(study, record, filters)?,
+            false => Vec::new(),
+        },
     };
     let earlier = study.continued(record);
     for (axis, channels) in study.axes.iter().zip(&record.axes) {

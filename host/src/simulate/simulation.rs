@@ -231,6 +231,7 @@ pub fn simulate(options: &SimulationOptions) -> Result<Simulation> {
         }
     }
     let study = Study {
+        leave_out_standstill: false,
         inputs: Vec::new(),
         name: "simulated rig".into(),
         path: PathBuf::from("study.toml"),

@@ -21,6 +21,7 @@ impl Truth {
     /// The record as a model would see it through perfect sensors.
     pub fn motion(&self, record: usize, sample_rate_hz: f64) -> Motion {
         Motion {
+            still: Vec::new(),
             before: Vec::new(),
             inputs: Vec::new(),
             record,

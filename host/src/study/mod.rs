@@ -239,6 +239,8 @@ pub struct Study {
     pub quasi_static: bool,
     /// The common band of fits and error figures, when the study states one, Hz.
     pub band_hz: Option<f64>,
+    /// Whether rows in which no axis moves count for nothing, in fits and in errors.
+    pub leave_out_standstill: bool,
     /// One or two axes.
     pub axes: Vec<Axis>,
     /// Further columns that forces may follow.

@@ -108,6 +108,7 @@ impl Study {
                 .unwrap_or_else(|| folder_name(logs.folder)),
             sample_rate_hz,
             band_hz: said.band_hz.as_ref().map(|b| *b.get_ref()),
+            leave_out_standstill: said.leave_out_standstill,
             axes,
             inputs: said.inputs(),
             records,

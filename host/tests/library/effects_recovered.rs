@@ -207,6 +207,7 @@ fn references(states: &[Vec<f64>]) -> References {
 fn motion(states: Vec<Vec<f64>>) -> Motion {
     let rows = states[0].len();
     Motion {
+        still: Vec::new(),
         inputs: Vec::new(),
         record: 0,
         first_row: 0,

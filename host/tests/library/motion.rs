@@ -57,6 +57,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
         INERTIA * a + GROUND_STIFFNESS * b + GROUND_DAMPING * v + sign * restoring_force(t)
     };
     Study {
+        leave_out_standstill: false,
         inputs: Vec::new(),
         unused: Vec::new(),
         name: "analytic".to_owned(),

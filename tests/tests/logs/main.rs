@@ -14,6 +14,7 @@ mod quasi_static;
 mod real_logs;
 mod records_differ;
 mod short_waves;
+mod standstill;
 mod study_from;
 mod time_as_it_is;
 mod two_loggers;

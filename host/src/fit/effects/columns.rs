@@ -35,6 +35,7 @@ pub(crate) struct Sample {
 /// The training records, ready to hold force laws against.
 pub(crate) struct Records<'a> {
     pub(super) histories: Vec<TimeHistory<'a>>,
+    motions: &'a [&'a Motion],
     pub(super) axes: usize,
     pub(super) taps: &'a [f64],
     /// Of so many rows one is kept.
@@ -88,6 +89,7 @@ impl<'a> Records<'a> {
             histories: histories
                 .map(|m| TimeHistory::of_motion(m, &conventions))
                 .collect(),
+            motions,
             axes: axes.len(),
             taps: low_pass,
             every,
@@ -113,14 +115,18 @@ impl<'a> Records<'a> {
                 .collect(),
             accelerations: Vec::new(),
         };
-        let thin = |series: &[f64]| apply_every(series, low_pass, every);
-        records.rows = motions
-            .iter()
-            .map(|m| (m.rows().saturating_sub(low_pass.len() - 1)).div_ceil(every))
-            .collect();
+        let thin = |m: &Motion, series: &[f64]| {
+            m.counted(apply_every(series, low_pass, every), low_pass.len(), every)
+        };
+        let kept = |m: &&Motion| {
+            let kept = m.rows().saturating_sub(low_pass.len() - 1).div_ceil(every);
+            m.counted(vec![0.0; kept], low_pass.len(), every).len()
+        };
+        records.rows = motions.iter().map(kept).collect();
         for (index, axis) in axes.iter().enumerate() {
             let force = |m: &&Motion| {
-                thin(&m.restoring_force(index, axis.inertia.unwrap_or(0.0), axis.restoring_force))
+                let inertia = axis.inertia.unwrap_or(0.0);
+                thin(m, &m.restoring_force(index, inertia, axis.restoring_force))
             };
             let force: Vec<f64> = motions.iter().flat_map(force).collect();
             let square: f64 = force.iter().map(|f| f * f).sum();
@@ -134,7 +140,7 @@ impl<'a> Records<'a> {
                 let without = m.restoring_force(index, 0.0, axis.restoring_force);
                 let with = m.restoring_force(index, 1.0, axis.restoring_force);
                 let column: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a - b).collect();
-                thin(&column)
+                thin(m, &column)
             };
             records.accelerations.push(axis.inertia.is_none().then(|| {
                 let column = motions.iter().flat_map(inertial).collect();
@@ -210,16 +216,17 @@ impl<'a> Records<'a> {
 
     /// An input along the rows of an axis, as a column of that axis is.
     pub(crate) fn of_input(&self, axis: usize, name: &'static str) -> Vec<f64> {
-        let parts = self.histories.iter().map(|history| {
+        let parts = self.histories.iter().enumerate().map(|(record, history)| {
             let factor = history.input(Some(name));
-            self.thinned(&factor.times(&vec![1.0; history.rows()]))
+            self.thinned(record, &factor.times(&vec![1.0; history.rows()]))
         });
         self.on_axis(axis, parts.flatten().collect())
     }
 
-    /// A series along one record, low-passed and thinned out as the forces are.
-    pub(crate) fn thinned(&self, series: &[f64]) -> Vec<f64> {
-        apply_every(series, self.taps, self.every)
+    /// A series along the record at `record`, low-passed and thinned out as the forces are.
+    pub(crate) fn thinned(&self, record: usize, series: &[f64]) -> Vec<f64> {
+        let filtered = apply_every(series, self.taps, self.every);
+        self.motions[record].counted(filtered, self.taps.len(), self.every)
     }
 
     /// Lets them work on what the force channels read again.
@@ -264,7 +271,7 @@ impl<'a> Records<'a> {
                     velocity,
                 })
             });
-            self.thinned(&values.collect::<Vec<_>>())
+            self.thinned(record, &values.collect::<Vec<_>>())
         });
         self.on_axis(axis, parts.flatten().collect())
     }

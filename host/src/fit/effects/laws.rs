@@ -222,7 +222,7 @@ impl<'a> Records<'a> {
         part: impl Fn(S) -> [f64; N] + Sync,
     ) -> Vec<[Vec<f64>; N]> {
         let both = bound.entry.acts == Acts::BothAxes && self.axes == 2;
-        let along = |history: &TimeHistory<'a>| {
+        let along = |record: usize, history: &TimeHistory<'a>| {
             let mut own = [(); N].map(|()| vec![0.0; history.rows()]);
             let mut other = [(); N].map(|()| vec![0.0; if both { history.rows() } else { 0 }]);
             let (entry, axis) = (bound.entry, bound.axis);
@@ -245,7 +245,7 @@ impl<'a> Records<'a> {
             );
             let followed = |input: &Option<&'static str>| {
                 let factor = history.input(*input);
-                let thinned = |series: &Vec<f64>| self.thinned(&factor.times(series));
+                let thinned = |series: &Vec<f64>| self.thinned(record, &factor.times(series));
                 [&own, &other].map(|series| series.each_ref().map(thinned))
             };
             inputs.iter().map(followed).collect::<Vec<_>>()
@@ -253,7 +253,7 @@ impl<'a> Records<'a> {
         let records = self.histories.par_iter().enumerate();
         let wanted = records.map(|(record, history)| {
             only.is_none_or(|only| only == record)
-                .then(|| along(history))
+                .then(|| along(record, history))
         });
         let wanted: Vec<_> = wanted.collect();
         let whole = |at: usize| {

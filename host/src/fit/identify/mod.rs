@@ -22,6 +22,7 @@ use crate::model::effects::input_of;
 use crate::model::file::{AxisFit, Base, FORMAT, HistoryEntry, ModelFile};
 use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect};
 use crate::signal::motion::{self, Filters, Motion};
+use crate::signal::standstill;
 use crate::study::quasi_static::is_without_meaning;
 use crate::study::{Axis, Role, Study};
 use crate::text::date;
@@ -216,6 +217,8 @@ impl Prepared {
             &self.training(study),
             &self.validation(study),
         ));
+        let still = standstill::in_words(study, &self.filters);
+        fit_result.warnings.extend(still);
         let inertia = fit_result.inertia.clone();
         let inputs = followed(&fit_result, &self.training(study));
         let mut model = fit_result.model(&study.name, &study.axes, self.filters.clone());

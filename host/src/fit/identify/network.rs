@@ -110,7 +110,9 @@ fn nmse_percent(
                 .collect();
             // The force that all other error figures are relative to.
             let force = motion.measured_force(index, inertia.value, inertia.identified, convention);
-            *sums = sums.plus(Sums::of(&low_pass(&error, band), &low_pass(&force, band)));
+            let [error, force] =
+                [error, force].map(|series| motion.counted(low_pass(&series, band), band.len(), 1));
+            *sums = sums.plus(Sums::of(&error, &force));
         }
     }
     Ok(sums.into_iter().map(Sums::nmse_percent).collect())

@@ -36,6 +36,7 @@ use crate::text::error::{Error, Result};
 use crate::text::table::short;
 use options::parameters;
 use rows::{Piece, Rows};
+use std::borrow::Cow;
 
 /// Rows per weight below which the rows are worth a word: neighbours in a record are nearly the
 /// same row.
@@ -127,7 +128,8 @@ pub fn fit_network(
     let input = options.input.as_deref();
     let inputs = input_ranges(motions, input);
     let inertia = inertias(axes, motions, (&inputs, input), low_pass)?;
-    let forces: Vec<Vec<Vec<f64>>> = motions
+    let moving: Vec<Cow<'_, Motion>> = motions.iter().map(|m| m.moving()).collect();
+    let forces: Vec<Vec<Vec<f64>>> = moving
         .iter()
         .map(|motion| {
             let axes = axes.iter().zip(&inertia).enumerate();
@@ -137,7 +139,7 @@ pub fn fit_network(
             .collect()
         })
         .collect();
-    let records: Vec<Piece<'_>> = motions
+    let records: Vec<Piece<'_>> = moving
         .iter()
         .zip(&forces)
         .map(|(motion, forces)| Piece {

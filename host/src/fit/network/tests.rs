@@ -193,6 +193,7 @@ fn record(rows: usize, force: impl Fn(f64, f64) -> f64) -> Motion {
     let (x, v) = (series(0.0731, 0.3), series(0.1173, 1.1));
     let r = x.iter().zip(&v).map(|(x, v)| force(*x, *v)).collect();
     Motion {
+        still: Vec::new(),
         before: Vec::new(),
         inputs: Vec::new(),
         record: 0,

@@ -213,6 +213,7 @@ pub fn fit_polynomial(
     let guard = guard_rows(motions[0].sample_rate_hz, low_pass);
     let mut folded = FoldedMoments::new(&ranges, axes.len(), guard);
     for motion in motions {
+        let motion = motion.moving();
         let forces: Vec<Vec<f64>> = axes
             .iter()
             .zip(&inertia)

@@ -51,6 +51,7 @@ fn planted(polynomial: &Polynomial, rows: usize, noise: f64, seed: u64) -> Motio
         *value += noise * rng.random_range(-1.0..1.0);
     }
     Motion {
+        still: Vec::new(),
         before: Vec::new(),
         inputs: Vec::new(),
         record: 0,

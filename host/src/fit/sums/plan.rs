@@ -51,8 +51,15 @@ impl Plan {
     ///
     /// # Errors
     /// [`crate::text::error::Kind::Data`] when the study has no training record, or one is too
-    /// short.
+    /// short, or the study leaves out standstill.
     pub fn of(study: &Study, template: &Template) -> Result<Self> {
+        if study.leave_out_standstill {
+            return Err(Error::data(format!(
+                "{}: sums of parts hold every row, those in which nothing moves as well; take leave_out_standstill out of it, or identify \
+                 from the records themselves",
+                study.path.display()
+            )));
+        }
         let prepared = Prepared::new(study)?;
         let training = prepared.training(study);
         let (bound, proposed) = base_terms(study)?;

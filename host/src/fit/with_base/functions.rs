@@ -142,11 +142,11 @@ fn along(
         })
         .collect();
     let column = |c: usize| {
-        let of_record = |rows: &Vec<[f64; 4]>| {
+        let of_record = |(record, rows): (usize, &Vec<[f64; 4]>)| {
             let series: Vec<f64> = rows.iter().map(|u| at(c, u)).collect();
-            records.thinned(&series)
+            records.thinned(record, &series)
         };
-        normalised.iter().flat_map(of_record).collect()
+        normalised.iter().enumerate().flat_map(of_record).collect()
     };
     (0..count).into_par_iter().map(column).collect()
 }

@@ -22,6 +22,8 @@ pub(crate) struct Description {
     pub(crate) time: Option<Spanned<Time>>,
     pub(crate) band_hz: Option<Spanned<f64>>,
     #[serde(default)]
+    pub(crate) leave_out_standstill: bool,
+    #[serde(default)]
     pub(crate) axis: Vec<AxisEntry>,
     #[serde(default)]
     pub(crate) input: Vec<InputEntry>,

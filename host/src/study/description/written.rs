@@ -64,6 +64,9 @@ pub(crate) fn description(study: &Study, records: &[(String, Role)]) -> String {
     if let Some(band_hz) = study.band_hz {
         line(format!("band_hz = {band_hz:?}"));
     }
+    if study.leave_out_standstill {
+        line("leave_out_standstill = true".into());
+    }
     let channels = study.records.first().map_or(&[][..], |record| &record.axes);
     for (index, (axis, channels)) in study.axes.iter().zip(channels).enumerate() {
         line("\n[[axis]]".into());

@@ -56,7 +56,9 @@ pub fn text(draft: &Draft) -> String {
     }
     text.push_str(
         "# Force and features are low-passed alike to this before fits and error figures; chosen from the data when left out.\n\
-         # band_hz = 120.0\n",
+         # band_hz = 120.0\n\
+         # Rows in which nothing moves count for nothing: for a joint that sticks, where its force follows no motion.\n\
+         # leave_out_standstill = true\n",
     );
     for axis in &draft.axes {
         axis_text(&mut text, axis);

@@ -1,0 +1,121 @@
+//! Rows in which nothing moves.
+//!
+//! A joint that sticks takes any force up to its breakaway: its force follows no motion there, and
+//! no law of motion can be learnt from such rows or be judged by them.
+
+use crate::signal::band::noise_of;
+use crate::signal::filters::Filters;
+use crate::study::{Record, Role, Study};
+use crate::text::error::{Error, Result};
+
+/// Steps of an encoder that a position may go to and fro while its axis stands.
+const STEPS: f64 = 1.5;
+/// The same in standard deviations of a position's noise.
+const NOISE: f64 = 6.0;
+/// Fewer rows in motion tell nothing.
+const LEAST: usize = 100;
+/// Part of the rows that is worth a word.
+const MANY: f64 = 0.1;
+
+/// Of every row of a record but those that the filters cost at each end, whether no axis moves: for
+/// a period of the fastest motion that the states show, its displacement stays within what encoder
+/// and noise do.
+fn rows(study: &Study, record: &Record, filters: &Filters) -> Vec<bool> {
+    let mut still = vec![true; record.rows];
+    let period = (filters.sample_rate_hz / filters.state_band_hz).ceil() as usize + 1;
+    for (axis, channels) in study.axes.iter().zip(&record.axes) {
+        let displacement = channels.relative_displacement();
+        let least = least_motion(&displacement, axis.encoder_step, filters.sample_rate_hz);
+        let mut moving_from = 0;
+        for (start, window) in displacement.windows(period).enumerate() {
+            if range(window) <= least {
+                still[moving_from..start.max(moving_from)].fill(false);
+                moving_from = start + period;
+            }
+        }
+        still[moving_from..].fill(false);
+    }
+    let half = filters.half_length();
+    let kept = half..record.rows.saturating_sub(half);
+    still.get(kept).unwrap_or_default().to_vec()
+}
+
+/// The same of a study that leaves such rows out.
+///
+/// # Errors
+/// A record in which next to nothing moves.
+pub(crate) fn left_out(study: &Study, record: &Record, filters: &Filters) -> Result<Vec<bool>> {
+    let still = rows(study, record, filters);
+    let moving = still.iter().filter(|still| !**still).count();
+    if moving >= LEAST.min(still.len()) {
+        return Ok(still);
+    }
+    Err(Error::data(format!(
+        "{}: nothing moves in {} of its {} rows, which {} leaves out; take the record or leave_out_standstill out of it",
+        record.file,
+        still.len() - moving,
+        still.len(),
+        study.path.display()
+    )))
+}
+
+/// That nothing moves in many rows of the training records, where they count.
+pub(crate) fn in_words(study: &Study, filters: &Filters) -> Option<String> {
+    let training = study.records.iter().filter(|r| r.role == Role::Train);
+    let still: Vec<bool> = training.flat_map(|r| rows(study, r, filters)).collect();
+    let share = still.iter().filter(|still| **still).count() as f64 / still.len().max(1) as f64;
+    (share > MANY && !study.leave_out_standstill && !study.quasi_static).then(|| {
+        format!(
+            "nothing moves in {:.0} % of the training rows: unless the motion is imposed, a joint that sticks takes any force there up to its \
+             breakaway; leave_out_standstill = true in study.toml leaves such rows out",
+            100.0 * share
+        )
+    })
+}
+
+/// From the smallest to the largest value.
+fn range(window: &[f64]) -> f64 {
+    let low = window.iter().copied().fold(f64::INFINITY, f64::min);
+    window.iter().fold(0.0, |most: f64, x| most.max(x - low))
+}
+
+/// The range beyond which a displacement moves: more than steps of its encoder and its noise.
+fn least_motion(displacement: &[f64], encoder_step: Option<f64>, rate: f64) -> f64 {
+    let rounding = 1e-9 * range(displacement);
+    let pairs = displacement.windows(2).map(|w| (w[1] - w[0]).abs());
+    let smallest = pairs
+        .filter(|d| *d > rounding)
+        .fold(f64::INFINITY, f64::min);
+    let step = encoder_step.unwrap_or(if smallest.is_finite() { smallest } else { 0.0 });
+    // Two ways to the noise, of which each may take something else for it: the tail of the spectrum
+    // the stairs of an encoder, and third differences (twenty times the variance of white noise,
+    // and a median of 0.6745 standard deviations) a motion of few rows a period.
+    let thirds = displacement.windows(4);
+    let mut thirds: Vec<f64> = thirds
+        .map(|w| (w[3] - 3.0 * (w[2] - w[1]) - w[0]).abs())
+        .collect();
+    thirds.sort_by(f64::total_cmp);
+    let median = thirds.get(thirds.len() / 2).copied().unwrap_or(0.0);
+    let noise = noise_of(displacement, rate).min(median / (0.6745 * 20f64.sqrt()));
+    (STEPS * step).max(NOISE * noise)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::least_motion;
+
+    #[test]
+    fn an_encoder_moves_by_more_than_a_step_and_a_gauge_by_more_than_its_noise() {
+        let counts = |row: i32| (10.0 * (0.01 * f64::from(row)).sin()).round() * 1e-3;
+        let encoder: Vec<f64> = (0..2000).map(counts).collect();
+        assert!((least_motion(&encoder, None, 1e3) - 1.5e-3).abs() < 1e-12);
+        assert!((least_motion(&encoder, Some(2e-3), 1e3) - 3e-3).abs() < 1e-12);
+        let noise = |row: i32| (43758.5453 * (12.9898 * f64::from(row)).sin().abs()).fract() - 0.5;
+        let gauge: Vec<f64> = (0..2000)
+            .map(|row| (0.01 * f64::from(row)).sin() + 1e-3 * noise(row))
+            .collect();
+        // A uniform distribution of width 1 has a standard deviation of 0.289.
+        let least = least_motion(&gauge, None, 1e3);
+        assert!((1.0e-3..3.0e-3).contains(&least), "{least}");
+    }
+}
