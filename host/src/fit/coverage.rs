@@ -7,6 +7,7 @@
 use crate::signal::motion::Motion;
 use crate::signal::statistics::{peak, rms};
 use crate::study::Axis;
+use crate::study::survey::extent;
 use crate::text::table::rounded;
 
 /// An axis counts as excited in a record from this share of its largest RMS velocity over all
@@ -49,15 +50,6 @@ fn mean(series: &[f64]) -> f64 {
 fn about_mean(series: &[f64]) -> Vec<f64> {
     let mean = mean(series);
     series.iter().map(|value| value - mean).collect()
-}
-
-/// The smallest and the largest of several series.
-fn range<'a>(series: impl Iterator<Item = &'a [f64]>) -> [f64; 2] {
-    series
-        .flatten()
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| {
-            [low.min(*v), high.max(*v)]
-        })
 }
 
 /// A list such as "0.12, 0 and 1".
@@ -210,9 +202,9 @@ pub fn validation_warnings(
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
-        let [low, high] = range(training.iter().map(|m| displacement(m, i)));
+        let [low, high] = extent(training.iter().flat_map(|m| displacement(m, i)).copied());
         for motion in validation {
-            let [least, most] = range([displacement(motion, i)].into_iter());
+            let [least, most] = extent(displacement(motion, i).iter().copied());
             if (low - least).max(most - high) > (BEYOND - 1.0) * (high - low) {
                 warnings.push(format!(
                     "the displacement of axis {} goes from {} to {} {} in validation record {} but only from {} to {} in training: errors \

@@ -5,6 +5,7 @@
 
 use crate::signal::band::noise_of;
 use crate::signal::filters::Filters;
+use crate::study::survey::extent;
 use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
 
@@ -75,8 +76,8 @@ pub(crate) fn in_words(study: &Study, filters: &Filters) -> Option<String> {
 
 /// From the smallest to the largest value.
 fn range(window: &[f64]) -> f64 {
-    let low = window.iter().copied().fold(f64::INFINITY, f64::min);
-    window.iter().fold(0.0, |most: f64, x| most.max(x - low))
+    let [low, high] = extent(window.iter().copied());
+    high - low
 }
 
 /// The range beyond which a displacement moves: more than steps of its encoder and its noise.

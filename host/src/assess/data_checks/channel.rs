@@ -1,5 +1,6 @@
 //! A logged channel of one axis, with the figures that tell a broken sensor from a moving joint.
 
+use crate::study::survey::extent;
 use crate::study::{Axis, Channels};
 
 /// What a channel measures.
@@ -78,17 +79,8 @@ pub(super) fn channels<'a>(axis: &Axis, logged: &'a Channels) -> Vec<Channel<'a>
 
 /// Largest minus smallest value.
 pub(super) fn range(series: &[f64]) -> f64 {
-    let (low, high) = extremes(series);
+    let [low, high] = extent(series.iter().copied());
     (high - low).max(0.0)
-}
-
-/// The smallest and the largest value.
-pub(super) fn extremes(series: &[f64]) -> (f64, f64) {
-    series
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(*v), high.max(*v))
-        })
 }
 
 /// Sizes of the steps from row to row that are not 0, smallest first; what is left of one unit by

@@ -1,7 +1,8 @@
 //! Clipping: a channel that meets the rail of its amplifier or converter has flat tops.
 
-use super::channel::{Channel, Kind, constant_runs, extremes, quantile, steps};
+use super::channel::{Channel, Kind, constant_runs, quantile, steps};
 use super::finding::{Finding, RecordPosition};
+use crate::study::survey::extent;
 use crate::text::table::significant;
 
 /// Rows at the very same extreme value that make a flat top.
@@ -23,7 +24,7 @@ const SERIOUS: f64 = 0.005;
 /// Flat tops of a channel.
 pub(super) fn check(channel: &Channel<'_>, place: &RecordPosition<'_>) -> Option<Finding> {
     let series = channel.series;
-    let (low, high) = extremes(series);
+    let [low, high] = extent(series.iter().copied());
     if high <= low {
         return None;
     }

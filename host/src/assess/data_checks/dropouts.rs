@@ -1,8 +1,9 @@
 //! Drop-outs: a channel that falls to 0 for a moment, or holds its last value while samples are
 //! lost.
 
-use super::channel::{Channel, constant_runs, extremes, quantile, steps};
+use super::channel::{Channel, constant_runs, quantile, steps};
 use super::finding::{Finding, RecordPosition};
+use crate::study::survey::extent;
 
 /// A fall to 0 and the way back are larger than this many of the largest hundredth of the channel's
 /// steps.
@@ -76,7 +77,7 @@ fn zeros(series: &[f64], far: f64, longest: usize) -> Vec<(usize, usize)> {
 
 /// Stretches in which a lively channel holds a value and then catches up.
 fn held(series: &[f64], sizes: &[f64], longest: usize) -> Vec<(usize, usize)> {
-    let (low, high) = extremes(series);
+    let [low, high] = extent(series.iter().copied());
     let repeats = series.windows(2).filter(|pair| pair[0] == pair[1]).count();
     // A channel that is logged slower than the others, or one that rests, repeats itself all the
     // time.

@@ -14,6 +14,7 @@ use super::restarts;
 use super::rows::{Piece, Rows};
 use crate::fit::errors::{AT_REST_BELOW, Sums};
 use crate::model::InputRange;
+use crate::study::survey::extent;
 use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 
@@ -207,14 +208,9 @@ fn cell(states: &[&[f64]], row: usize, ranges: &[InputRange], per_state: usize) 
 }
 
 /// The least and the largest value of every state.
-fn extent(piece: &Piece<'_>) -> Vec<(f64, f64)> {
-    let extent = |series: &&[f64]| {
-        let start = (f64::INFINITY, f64::NEG_INFINITY);
-        series
-            .iter()
-            .fold(start, |(low, high), v| (v.min(low), v.max(high)))
-    };
-    piece.states.iter().map(extent).collect()
+fn extents(piece: &Piece<'_>) -> Vec<[f64; 2]> {
+    let states = piece.states.iter();
+    states.map(|s| extent(s.iter().copied())).collect()
 }
 
 /// The rows of the record left out that lie where another has been.
@@ -226,11 +222,11 @@ fn visited_rows(fold: &Fold<'_>, ranges: &[InputRange]) -> Vec<usize> {
             visited[cell(&piece.states, row, ranges, per_state)] = true;
         }
     }
-    let extents: Vec<Vec<(f64, f64)>> = fold.training.iter().map(extent).collect();
+    let extents: Vec<Vec<[f64; 2]>> = fold.training.iter().map(extents).collect();
     let states = &fold.held_out.states;
-    let within = |row: usize, extent: &[(f64, f64)]| {
+    let within = |row: usize, extent: &[[f64; 2]]| {
         let mut states = states.iter().zip(extent);
-        states.all(|(series, (low, high))| (*low..=*high).contains(&series[row]))
+        states.all(|(series, [low, high])| (*low..=*high).contains(&series[row]))
     };
     (0..fold.held_out.rows())
         .filter(|&row| extents.iter().any(|extent| within(row, extent)))

@@ -2,6 +2,7 @@
 
 use super::contents::{Curve, Plane};
 use crate::report::axis_history::AxisHistory;
+use crate::study::survey::extent;
 
 /// Cells across and up.
 const CELLS: [usize; 2] = [40, 26];
@@ -15,9 +16,7 @@ const REVERSED: f64 = 0.1;
 
 /// Smallest and largest value; a range without width gets one.
 pub(super) fn range<'a>(values: impl Iterator<Item = &'a f64>) -> [f64; 2] {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (low.min(*v), high.max(*v))
-    });
+    let [low, high] = extent(values.copied());
     match high > low {
         true => [low, high],
         false if low.is_finite() => [low - 0.5, low + 0.5],

@@ -11,6 +11,8 @@ pub(crate) struct Named {
     pub(crate) unit: Option<String>,
     /// How surely this is the time; 0 for not at all.
     pub(crate) time: u8,
+    /// Whether its name is that of a current that something really took.
+    pub(crate) current: bool,
     /// What it may measure, with how surely.
     pub(crate) quantities: Vec<(Quantity, u8)>,
 }
@@ -145,6 +147,17 @@ const COMMANDS: [&str; 23] = [
     "vorgabe",
 ];
 
+/// Words for the current of a motor.
+const CURRENTS: [&str; 7] = [
+    "current",
+    "iq",
+    "motorstrom",
+    "strom",
+    "courant",
+    "corrente",
+    "corriente",
+];
+
 /// Words that say that a column is what was measured.
 const MEASURED: [&str; 9] = [
     "act", "actual", "fbk", "feedback", "ist", "istwert", "meas", "measured", "mess",
@@ -209,6 +222,7 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
     };
     Named {
         time,
+        current: among(&CURRENTS) && !commanded,
         quantities: QUANTITIES
             .into_iter()
             .map(|q| (q, score(q)))

@@ -61,7 +61,7 @@ fn only_current<'a>(survey: &'a Survey, said: &Said) -> Option<&'a SurveyedColum
     if said.column("force").is_some() || survey.columns.iter().any(of_force) {
         return None;
     }
-    let is_current = |c: &&SurveyedColumn| c.unit.as_deref().is_some_and(is_of_current);
+    let is_current = |c: &&SurveyedColumn| c.unit.as_deref().map_or(c.named.current, is_of_current);
     let mut currents = survey.columns.iter().filter(is_current);
     currents
         .next()

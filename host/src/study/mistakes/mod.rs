@@ -11,6 +11,7 @@ mod slips;
 use super::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
 use super::check::linear::{Fitted, Linear};
 use super::description::{ChannelTable, Description, Source};
+use super::survey::extent;
 use super::{AxisKind, Channels, Convention, Study};
 use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 
@@ -33,6 +34,8 @@ struct Limits {
     speed_m_s: f64,
     /// m that no joint travels.
     travel_m: f64,
+    /// rad beyond which a number without a unit may well be one of degrees.
+    turn_rad: f64,
 }
 
 const LIMITS: Limits = Limits {
@@ -44,6 +47,7 @@ const LIMITS: Limits = Limits {
     large: 0.3,
     speed_m_s: 300.0,
     travel_m: 10.0,
+    turn_rad: 2.0 * std::f64::consts::TAU,
 };
 
 /// Looks for the mistakes of a first day; one sentence each, without a full stop. A sound study
@@ -65,6 +69,7 @@ pub fn check(study: &Study) -> Vec<String> {
         found.extend(acceleration);
         found.extend(axis.velocity());
         found.extend(axis.speed());
+        found.extend(axis.turn());
         // A wrong acceleration makes every statement on force and mass wrong as well.
         if !wrong_acceleration {
             found.extend(axis.force());
@@ -77,6 +82,8 @@ pub fn check(study: &Study) -> Vec<String> {
 #[derive(Default)]
 struct Columns {
     displacement: String,
+    /// Whether the study states the displacement's unit.
+    has_unit: bool,
     position: String,
     velocity: String,
     acceleration: String,
@@ -95,12 +102,14 @@ impl Columns {
         // Without a displacement the velocity is integrated.
         let position = axis.displacement.as_ref().or(axis.velocity.as_ref());
         let displacement = position.map_or(String::new(), |d| list(&d.get_ref().0));
+        let has_unit = position.is_some_and(|d| d.get_ref().0.iter().any(|c| c.unit.is_some()));
         let one = |channel: &Option<toml::Spanned<super::description::Channel>>| {
             channel.as_ref().map(|c| c.get_ref().0.column.clone())
         };
         Self {
             position: one(&axis.body_position).unwrap_or_else(|| displacement.clone()),
             displacement,
+            has_unit,
             velocity: axis
                 .velocity
                 .as_ref()
@@ -301,11 +310,7 @@ impl Axis<'_> {
         let x = channels.relative_displacement();
         let [_, v, _] = motion(&x, clear_lag(&x), self.study.sample_rate_hz);
         let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let [low, high] = x
-            .iter()
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-                [low.min(*x), high.max(*x)]
-            });
+        let [low, high] = extent(x.iter().copied());
         let does = match high - low {
             travel if travel > LIMITS.travel_m => format!("travels {travel:.0} m"),
             _ if fastest > LIMITS.speed_m_s => format!("moves at up to {fastest:.0} m/s"),
@@ -317,6 +322,25 @@ impl Axis<'_> {
             self.axis().name,
             self.columns.displacement
         ))
+    }
+
+    /// An angle without a unit that goes round more than twice.
+    fn turn(&self) -> Option<String> {
+        if self.axis().kind == AxisKind::Translation || self.columns.has_unit {
+            return None;
+        }
+        let x = self.moving().first()?.relative_displacement();
+        let [low, high] = extent(x.iter().copied());
+        let angle = high - low;
+        let column = &self.columns.displacement;
+        (angle > LIMITS.turn_rad).then(|| {
+            format!(
+                "axis {}: in rad, as no unit is stated, the displacement (column \"{column}\") turns by {angle:.0} rad, {:.0} times round; write \
+                 displacement = {{ column = \"{column}\", unit = \"deg\" }} if these are degrees, or unit = \"rad\" if they are not",
+                self.axis().name,
+                angle / std::f64::consts::TAU
+            )
+        })
     }
 
     /// Sign and unit of the force, by the mass, damping and stiffness that it shows.

@@ -134,29 +134,21 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         holds_data(rows[*i].1) && rows.get(i + 1).is_none_or(|(_, next)| holds_data(next))
     });
     let above = &rows[..first.unwrap_or(rows.len().min(1))];
-    let mut names: Vec<Vec<String>> = above
+    let names = above
         .iter()
         .rev()
         .map(|(_, line)| split_line(line))
         .take_while(|cells| first.is_none() || fits(cells.len(), columns))
         .take(2)
         .collect();
-    let units = match names.as_slice() {
-        [units, heading] if is_row_of_units(units) && !is_row_of_units(heading) => {
-            names.remove(0).into_iter().map(bare_unit).collect()
-        }
-        _ => Vec::new(),
-    };
-    let mut heading = names.into_iter().next();
-    let mut units: Vec<Option<String>> = units;
-    if let Some(names) = heading
-        .as_deref()
-        .filter(|names| units.is_empty() && is_of_units_alone(names))
-    {
-        units = names.iter().cloned().map(bare_unit).collect();
-    }
+    let (mut heading, units) = heading_and_units(names);
     if heading.is_none() {
         heading = first.and_then(|i| commented_heading(top, rows[i].0, columns, &split_line));
+    }
+    if let (Some(names), Some(i)) = (&mut heading, first) {
+        let cells = rows[i..].iter().take(2).map(|(_, row)| split_line(row));
+        let firsts = cells.filter_map(|cells| number(cells.first()?, decimal));
+        name_the_unnamed(names, &units, &firsts.collect::<Vec<_>>());
     }
     Layout {
         separator,
@@ -164,6 +156,40 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         heading,
         units,
         first_line: first.map(|i| rows[i].0),
+    }
+}
+
+/// The names, and the units below or within them; `names` are the last lines above the first row,
+/// from there upwards.
+fn heading_and_units(mut names: Vec<Vec<String>>) -> (Option<Vec<String>>, Vec<Option<String>>) {
+    let units = match names.as_slice() {
+        [units, heading] if is_row_of_units(units) && !is_row_of_units(heading) => {
+            names.remove(0).into_iter().map(bare_unit).collect()
+        }
+        _ => Vec::new(),
+    };
+    let heading = names.into_iter().next();
+    let mut units: Vec<Option<String>> = units;
+    if let Some(names) = heading
+        .as_deref()
+        .filter(|names| units.is_empty() && is_of_units_alone(names))
+    {
+        units = names.iter().cloned().map(bare_unit).collect();
+    }
+    (heading, units)
+}
+
+/// Names columns above which the heading is empty: by its unit where one stands there, and the first
+/// column by its place where its first numbers, `firsts`, are no count of the rows, as programs
+/// write it in front.
+fn name_the_unnamed(names: &mut [String], units: &[Option<String>], firsts: &[f64]) {
+    let is_count = matches!(firsts, [a, b] if b - a == 1.0);
+    for (place, name) in names.iter_mut().enumerate().filter(|(_, n)| n.is_empty()) {
+        match units.get(place) {
+            Some(Some(unit)) => name.clone_from(unit),
+            _ if place == 0 && !is_count && !firsts.is_empty() => "c1".clone_into(name),
+            _ => {}
+        }
     }
 }
 
@@ -430,6 +456,18 @@ mod tests {
         assert_eq!(units.units, ["s", "mm", "N"].map(|u| Some(u.to_owned())));
         let names = guessed(&row_repeated("t,s,m\n", "0.1,2.5,3"));
         assert!(names.units.is_empty());
+    }
+
+    #[test]
+    fn a_column_without_a_name_is_called_by_its_unit_or_its_place_unless_it_counts_the_rows() {
+        let epos = guessed(&row_repeated(
+            "Scale:;0;True\n;Velocity;Torque\nms;rpm;%\n",
+            "40.0;-3;2.5",
+        ));
+        assert_eq!(epos.heading.unwrap(), ["ms", "Velocity", "Torque"]);
+        let index = |rows: &str| guessed(&format!(",x,f\n{rows}")).heading.unwrap()[0].clone();
+        assert_eq!(index("0,1.5,2.5\n1,1.6,2.4\n2,1.7,2.3\n"), "");
+        assert_eq!(index("0.0,1.5,2.5\n0.1,1.6,2.4\n0.2,1.7,2.3\n"), "c1");
     }
 
     #[test]
