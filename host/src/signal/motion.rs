@@ -52,8 +52,8 @@ pub struct Motion {
     pub ground: Vec<Option<Vec<f64>>>,
     /// Inputs of the study with their names, in their own units, wide-band.
     pub inputs: Vec<(String, Vec<f64>)>,
-    /// Rows that count for nothing, as no axis moves there and the study leaves such rows out; empty
-    /// where every row counts.
+    /// Rows that count for nothing, as no axis moves there and the study leaves such rows out;
+    /// empty where every row counts.
     pub still: Vec<bool>,
 }
 

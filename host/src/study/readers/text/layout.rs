@@ -179,9 +179,9 @@ fn heading_and_units(mut names: Vec<Vec<String>>) -> (Option<Vec<String>>, Vec<O
     (heading, units)
 }
 
-/// Names columns above which the heading is empty: by its unit where one stands there, and the first
-/// column by its place where its first numbers, `firsts`, are no count of the rows, as programs
-/// write it in front.
+/// Names columns above which the heading is empty: by its unit where one stands there, and the
+/// first column by its place where its first numbers, `firsts`, are no count of the rows, as
+/// programs write it in front.
 fn name_the_unnamed(names: &mut [String], units: &[Option<String>], firsts: &[f64]) {
     let is_count = matches!(firsts, [a, b] if b - a == 1.0);
     for (place, name) in names.iter_mut().enumerate().filter(|(_, n)| n.is_empty()) {
