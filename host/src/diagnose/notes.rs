@@ -37,10 +37,9 @@ pub(super) fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
 
 /// What the motion of the training records leaves open, in a sentence each.
 pub(super) fn of_motion(study: &Study, training: &[&Motion], filters: &Filters) -> Vec<String> {
+    let still = standstill::in_words(study, filters.state_band_hz, filters.half_length());
     let confounded = coverage::confounded(&study.axes, training).into_iter();
-    confounded
-        .chain(standstill::in_words(study, filters))
-        .collect()
+    confounded.chain(still).collect()
 }
 
 /// What a polynomial or a network makes of an effect already, in a sentence.

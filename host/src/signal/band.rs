@@ -17,16 +17,13 @@
 //!   sine keeps its harmonics.
 
 use super::design::NARROWEST_DERIVATIVE;
-use super::spectrum::{Accumulator, Spectrum};
+use super::spectrum::{Accumulator, DISPLACEMENT_FLOOR, Spectrum, floor_of};
 use crate::signal::motion::Motion;
 use crate::study::{Channels, Role, Study};
 use nalgebra::{Matrix4, Vector4};
 
 /// Rows per window of the spectra; a record shorter than this sets the length.
 const SEGMENT: usize = 4096;
-/// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing
-/// filter takes down what is above.
-pub(crate) const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];
 /// Where a restoring force's noise floor is read.
 const FORCE_FLOOR: [f64; 2] = [0.10, WIDEST];
 /// Density over floor at which signal and noise are equal.
@@ -112,13 +109,6 @@ fn derived_floor(study: &Study, axis: usize) -> f64 {
     floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR)
 }
 
-/// Standard deviation of white noise as strong as a displacement's noise floor.
-pub(super) fn noise_of(displacement: &[f64], sample_rate_hz: f64) -> f64 {
-    let mut sum = Accumulator::new(sample_rate_hz, SEGMENT.min(displacement.len()));
-    sum.add(displacement);
-    (floor_of(&sum.finish(), DISPLACEMENT_FLOOR) * 0.5 * sample_rate_hz).sqrt()
-}
-
 /// The spectrum over all records of what an axis's channels give.
 fn spectrum_of(study: &Study, axis: usize, series: impl Fn(&Channels) -> Vec<f64>) -> Spectrum {
     let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
@@ -158,15 +148,6 @@ fn likely_inertia(study: &Study, motions: &[Motion], axis: usize) -> f64 {
     scaled.cholesky().map_or(0.0, |c| {
         (c.solve(&right.component_div(&scale))[0] / scale[0]).max(0.0)
     })
-}
-
-/// Median density between two shares of the sample rate, where only noise is expected.
-fn floor_of(spectrum: &Spectrum, [from, to]: [f64; 2]) -> f64 {
-    let lines = 2.0 * spectrum.density.len().saturating_sub(1) as f64;
-    let range = (from * lines) as usize..(to * lines) as usize;
-    let mut densities = spectrum.density.get(range).unwrap_or_default().to_vec();
-    densities.sort_by(f64::total_cmp);
-    densities.get(densities.len() / 2).copied().unwrap_or(0.0)
 }
 
 /// The frequency below which [`KEPT`] of the power lies that stands above the `level` there, up to

@@ -7,9 +7,9 @@
 //! Butterworth low-pass of second order run forwards and backwards. An accelerometer's noise that
 //! grows with one over the frequency lies where the encoder is listened to.
 
-use super::band::DISPLACEMENT_FLOOR;
 use super::fir::apply;
 use super::spectrum::Accumulator;
+use super::spectrum::DISPLACEMENT_FLOOR;
 use crate::signal::motion::{Filters, Motion};
 use crate::study::Study;
 use std::f64::consts::{PI, SQRT_2, TAU};

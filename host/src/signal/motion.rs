@@ -225,7 +225,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             .map(|(name, s)| (name.clone(), s[half..s.len() - half].to_vec()))
             .collect(),
         still: match study.leave_out_standstill {
-            true => standstill::left_out(study, record, filters)?,
+            true => standstill::left_out(study, record, (filters.state_band_hz, half))?,
             false => Vec::new(),
         },
     };

@@ -7,6 +7,10 @@ use std::f64::consts::PI;
 /// A spectrum of no more lines does not tell a sine, which stands in five of them, from a band.
 pub const MIN_LINES: usize = 20;
 
+/// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing
+/// filter takes down what is above.
+pub(crate) const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];
+
 /// A one-sided power spectral density.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
@@ -136,6 +140,15 @@ impl Accumulator {
                 .collect(),
         }
     }
+}
+
+/// Median density between two shares of the sample rate, where only noise is expected.
+pub(super) fn floor_of(spectrum: &Spectrum, [from, to]: [f64; 2]) -> f64 {
+    let lines = 2.0 * spectrum.density.len().saturating_sub(1) as f64;
+    let range = (from * lines) as usize..(to * lines) as usize;
+    let mut densities = spectrum.density.get(range).unwrap_or_default().to_vec();
+    densities.sort_by(f64::total_cmp);
+    densities.get(densities.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -3,8 +3,7 @@
 //! A joint that sticks takes any force up to its breakaway: its force follows no motion there, and
 //! no law of motion can be learnt from such rows or be judged by them.
 
-use crate::signal::band::noise_of;
-use crate::signal::filters::Filters;
+use crate::signal::spectrum::{Accumulator, DISPLACEMENT_FLOOR, floor_of};
 use crate::study::survey::extent;
 use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
@@ -13,6 +12,8 @@ use crate::text::error::{Error, Result};
 const STEPS: f64 = 1.5;
 /// The same in standard deviations of a position's noise.
 const NOISE: f64 = 6.0;
+/// Rows per window of a spectrum.
+const WINDOW: usize = 4096;
 /// Fewer rows in motion tell nothing.
 const LEAST: usize = 100;
 /// Part of the rows that is worth a word.
@@ -21,12 +22,12 @@ const MANY: f64 = 0.1;
 /// Of every row of a record but those that the filters cost at each end, whether no axis moves: for
 /// a period of the fastest motion that the states show, its displacement stays within what encoder
 /// and noise do.
-fn rows(study: &Study, record: &Record, filters: &Filters) -> Vec<bool> {
+fn rows(study: &Study, record: &Record, (state_band_hz, half): (f64, usize)) -> Vec<bool> {
     let mut still = vec![true; record.rows];
-    let period = (filters.sample_rate_hz / filters.state_band_hz).ceil() as usize + 1;
+    let period = (study.sample_rate_hz / state_band_hz).ceil() as usize + 1;
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let displacement = channels.relative_displacement();
-        let least = least_motion(&displacement, axis.encoder_step, filters.sample_rate_hz);
+        let least = least_motion(&displacement, axis.encoder_step, study.sample_rate_hz);
         let mut moving_from = 0;
         for (start, window) in displacement.windows(period).enumerate() {
             if range(window) <= least {
@@ -36,7 +37,6 @@ fn rows(study: &Study, record: &Record, filters: &Filters) -> Vec<bool> {
         }
         still[moving_from..].fill(false);
     }
-    let half = filters.half_length();
     let kept = half..record.rows.saturating_sub(half);
     still.get(kept).unwrap_or_default().to_vec()
 }
@@ -45,8 +45,8 @@ fn rows(study: &Study, record: &Record, filters: &Filters) -> Vec<bool> {
 ///
 /// # Errors
 /// A record in which next to nothing moves.
-pub(crate) fn left_out(study: &Study, record: &Record, filters: &Filters) -> Result<Vec<bool>> {
-    let still = rows(study, record, filters);
+pub(crate) fn left_out(study: &Study, record: &Record, ends: (f64, usize)) -> Result<Vec<bool>> {
+    let still = rows(study, record, ends);
     let moving = still.iter().filter(|still| !**still).count();
     if moving >= LEAST.min(still.len()) {
         return Ok(still);
@@ -61,9 +61,11 @@ pub(crate) fn left_out(study: &Study, record: &Record, filters: &Filters) -> Res
 }
 
 /// That nothing moves in many rows of the training records, where they count.
-pub(crate) fn in_words(study: &Study, filters: &Filters) -> Option<String> {
+pub(crate) fn in_words(study: &Study, state_band_hz: f64, half: usize) -> Option<String> {
     let training = study.records.iter().filter(|r| r.role == Role::Train);
-    let still: Vec<bool> = training.flat_map(|r| rows(study, r, filters)).collect();
+    let still: Vec<bool> = training
+        .flat_map(|r| rows(study, r, (state_band_hz, half)))
+        .collect();
     let share = still.iter().filter(|still| **still).count() as f64 / still.len().max(1) as f64;
     (share > MANY && !study.leave_out_standstill && !study.quasi_static).then(|| {
         format!(
@@ -97,8 +99,15 @@ fn least_motion(displacement: &[f64], encoder_step: Option<f64>, rate: f64) -> f
         .collect();
     thirds.sort_by(f64::total_cmp);
     let median = thirds.get(thirds.len() / 2).copied().unwrap_or(0.0);
-    let noise = noise_of(displacement, rate).min(median / (0.6745 * 20f64.sqrt()));
+    let noise = tail(displacement, rate).min(median / (0.6745 * 20f64.sqrt()));
     (STEPS * step).max(NOISE * noise)
+}
+
+/// Standard deviation of white noise as strong as the tail of a displacement's spectrum.
+fn tail(displacement: &[f64], rate: f64) -> f64 {
+    let mut sum = Accumulator::new(rate, WINDOW.min(displacement.len()));
+    sum.add(displacement);
+    (floor_of(&sum.finish(), DISPLACEMENT_FLOOR) * 0.5 * rate).sqrt()
 }
 
 #[cfg(test)]

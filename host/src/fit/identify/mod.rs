@@ -217,7 +217,11 @@ impl Prepared {
             &self.training(study),
             &self.validation(study),
         ));
-        let still = standstill::in_words(study, &self.filters);
+        let still = standstill::in_words(
+            study,
+            self.filters.state_band_hz,
+            self.filters.half_length(),
+        );
         fit_result.warnings.extend(still);
         let inertia = fit_result.inertia.clone();
         let inputs = followed(&fit_result, &self.training(study));
