@@ -213,7 +213,7 @@ impl<'a> Evaluated<'a> {
                     file: record.file.clone(),
                     role: record.role,
                     first_row: record.first_row,
-                    rows: motion.counted(vec![0.0; motion.rows()], 1, 1).len(),
+                    rows: motion.counted_rows(),
                     axes: axes
                         .map(|((axis, errors), &largest)| {
                             (axis.name.clone(), errors.figures(outside, largest))

@@ -17,13 +17,11 @@
 //!   sine keeps its harmonics.
 
 use super::design::NARROWEST_DERIVATIVE;
-use super::spectrum::{Accumulator, DISPLACEMENT_FLOOR, Spectrum, floor_of};
+use super::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, Spectrum, floor_of};
 use crate::signal::motion::Motion;
 use crate::study::{Channels, Role, Study};
 use nalgebra::{Matrix4, Vector4};
 
-/// Rows per window of the spectra; a record shorter than this sets the length.
-const SEGMENT: usize = 4096;
 /// Where a restoring force's noise floor is read.
 const FORCE_FLOOR: [f64; 2] = [0.10, WIDEST];
 /// Density over floor at which signal and noise are equal.

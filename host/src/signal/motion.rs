@@ -95,6 +95,11 @@ impl Motion {
         series_named(&self.inputs, name)
     }
 
+    /// Rows that count.
+    pub(crate) fn counted_rows(&self) -> usize {
+        self.rows() - self.still.iter().filter(|still| **still).count()
+    }
+
     /// Rows of every series.
     pub fn rows(&self) -> usize {
         self.force[0].len()
@@ -124,15 +129,12 @@ impl Motion {
     pub(crate) fn moving(&self) -> Cow<'_, Self> {
         match self.still.is_empty() {
             true => Cow::Borrowed(self),
-            false => Cow::Owned(Self {
-                before: Vec::new(),
-                still: Vec::new(),
-                ..self.picked(|series| self.counted(series.to_vec(), 1, 1))
-            }),
+            false => Cow::Owned(self.picked(|series| self.counted(series.to_vec(), 1, 1))),
         }
     }
 
-    /// The same with what `pick` makes of every series along its rows.
+    /// The same with what `pick` makes of every series along its rows; nothing is known of what
+    /// came before, and every row counts.
     fn picked(&self, pick: impl Fn(&[f64]) -> Vec<f64>) -> Self {
         let all = |series: &[Vec<f64>]| series.iter().map(|s| pick(s)).collect();
         let inputs = self.inputs.iter();
@@ -141,7 +143,7 @@ impl Motion {
             first_row: self.first_row,
             sample_rate_hz: self.sample_rate_hz,
             states: all(&self.states),
-            before: self.before.clone(),
+            before: Vec::new(),
             acceleration: all(&self.acceleration),
             force: all(&self.force),
             ground: self
@@ -150,7 +152,7 @@ impl Motion {
                 .map(|g| g.as_deref().map(&pick))
                 .collect(),
             inputs: inputs.map(|(name, s)| (name.clone(), pick(s))).collect(),
-            still: self.still.clone(),
+            still: Vec::new(),
         }
     }
 

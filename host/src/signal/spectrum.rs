@@ -7,6 +7,8 @@ use std::f64::consts::PI;
 /// A spectrum of no more lines does not tell a sine, which stands in five of them, from a band.
 pub const MIN_LINES: usize = 20;
 
+/// Rows per window of the spectra; a record shorter than this sets the length.
+pub(super) const SEGMENT: usize = 4096;
 /// Where a displacement's noise floor is read, as shares of the sample rate; an anti-aliasing
 /// filter takes down what is above.
 pub(crate) const DISPLACEMENT_FLOOR: [f64; 2] = [0.40, 0.48];

@@ -3,8 +3,8 @@
 //! A joint that sticks takes any force up to its breakaway: its force follows no motion there, and
 //! no law of motion can be learnt from such rows or be judged by them.
 
-use crate::signal::spectrum::{Accumulator, DISPLACEMENT_FLOOR, floor_of};
-use crate::study::survey::extent;
+use crate::signal::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, floor_of};
+use crate::study::survey::{range, smallest_step};
 use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
 
@@ -12,8 +12,6 @@ use crate::text::error::{Error, Result};
 const STEPS: f64 = 1.5;
 /// The same in standard deviations of a position's noise.
 const NOISE: f64 = 6.0;
-/// Rows per window of a spectrum.
-const WINDOW: usize = 4096;
 /// Fewer rows in motion tell nothing.
 const LEAST: usize = 100;
 /// Part of the rows that is worth a word.
@@ -76,20 +74,9 @@ pub(crate) fn in_words(study: &Study, state_band_hz: f64, half: usize) -> Option
     })
 }
 
-/// From the smallest to the largest value.
-fn range(window: &[f64]) -> f64 {
-    let [low, high] = extent(window.iter().copied());
-    high - low
-}
-
 /// The range beyond which a displacement moves: more than steps of its encoder and its noise.
 fn least_motion(displacement: &[f64], encoder_step: Option<f64>, rate: f64) -> f64 {
-    let rounding = 1e-9 * range(displacement);
-    let pairs = displacement.windows(2).map(|w| (w[1] - w[0]).abs());
-    let smallest = pairs
-        .filter(|d| *d > rounding)
-        .fold(f64::INFINITY, f64::min);
-    let step = encoder_step.unwrap_or(if smallest.is_finite() { smallest } else { 0.0 });
+    let step = encoder_step.or_else(|| smallest_step(displacement));
     // Two ways to the noise, of which each may take something else for it: the tail of the spectrum
     // the stairs of an encoder, and third differences (twenty times the variance of white noise,
     // and a median of 0.6745 standard deviations) a motion of few rows a period.
@@ -100,12 +87,12 @@ fn least_motion(displacement: &[f64], encoder_step: Option<f64>, rate: f64) -> f
     thirds.sort_by(f64::total_cmp);
     let median = thirds.get(thirds.len() / 2).copied().unwrap_or(0.0);
     let noise = tail(displacement, rate).min(median / (0.6745 * 20f64.sqrt()));
-    (STEPS * step).max(NOISE * noise)
+    (STEPS * step.unwrap_or(0.0)).max(NOISE * noise)
 }
 
 /// Standard deviation of white noise as strong as the tail of a displacement's spectrum.
 fn tail(displacement: &[f64], rate: f64) -> f64 {
-    let mut sum = Accumulator::new(rate, WINDOW.min(displacement.len()));
+    let mut sum = Accumulator::new(rate, SEGMENT.min(displacement.len()));
     sum.add(displacement);
     (floor_of(&sum.finish(), DISPLACEMENT_FLOOR) * 0.5 * rate).sqrt()
 }

@@ -205,16 +205,26 @@ pub(crate) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold(nothing, |[low, high], v| [low.min(v), high.max(v)])
 }
 
+/// Largest minus smallest of some values; 0 where there are none.
+pub(crate) fn range(values: &[f64]) -> f64 {
+    let [low, high] = extent(values.iter().copied());
+    (high - low).max(0.0)
+}
+
+/// The smallest step from row to row; what is left of one unit by rounding is no step.
+pub(crate) fn smallest_step(values: &[f64]) -> Option<f64> {
+    let [low, high] = extent(values.iter().copied().filter(|v| v.is_finite()));
+    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
+    let steps = steps.filter(|step| *step > 1e-9 * (high - low) && step.is_finite());
+    steps.min_by(f64::total_cmp)
+}
+
 fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedColumn {
     let named = naming::read(&name, unit.as_deref());
     let finite = || values.iter().copied().filter(|v| v.is_finite());
     let count = finite().count();
     let mean = finite().sum::<f64>() / count.max(1) as f64;
     let [low, high] = extent(finite());
-    let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
-    let step = steps
-        .filter(|s| *s > 1e-9 * (high - low))
-        .fold(f64::INFINITY, f64::min);
     SurveyedColumn {
         missing: values.len() - count,
         range: if count > 0 {
@@ -223,7 +233,7 @@ fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedCol
             [f64::NAN; 2]
         },
         rms: (finite().map(|v| (v - mean).powi(2)).sum::<f64>() / count.max(1) as f64).sqrt(),
-        step: step.is_finite().then_some(step),
+        step: smallest_step(&values),
         unit: unit.or_else(|| named.unit.clone()),
         named,
         name,

@@ -1,6 +1,6 @@
 //! A logged channel of one axis, with the figures that tell a broken sensor from a moving joint.
 
-use crate::study::survey::extent;
+use crate::study::survey::range;
 use crate::study::{Axis, Channels};
 
 /// What a channel measures.
@@ -75,12 +75,6 @@ pub(super) fn channels<'a>(axis: &Axis, logged: &'a Channels) -> Vec<Channel<'a>
         })
     });
     present.collect()
-}
-
-/// Largest minus smallest value.
-pub(super) fn range(series: &[f64]) -> f64 {
-    let [low, high] = extent(series.iter().copied());
-    (high - low).max(0.0)
 }
 
 /// Sizes of the steps from row to row that are not 0, smallest first; what is left of one unit by

@@ -15,6 +15,7 @@ mod skew;
 mod stuck;
 
 use crate::signal::motion::Filters;
+use crate::study::survey::range;
 use crate::study::{Role, Study};
 use channel::channels;
 pub use finding::Finding;
@@ -99,7 +100,7 @@ fn coarse(study: &Study, index: usize) -> Option<Finding> {
     let training = study.records.iter().filter(|r| r.role == Role::Train);
     let ranges = training.map(|record| {
         let relative = record.axes[index].relative_displacement();
-        channel::range(&relative)
+        range(&relative)
     });
     let counts = ranges.fold(0.0, f64::max) / step;
     // Next to no motion at all is not the encoder's fault; the fit says what it could not

@@ -1,8 +1,9 @@
 //! A stuck channel: it stands at one value over a stretch in which the others show that the axis
 //! moves.
 
-use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, range, steps};
+use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, steps};
 use super::finding::{Finding, RecordPosition};
+use crate::study::survey::range;
 use crate::text::table::significant;
 
 /// A stretch shorter than this may be a joint that turns round.

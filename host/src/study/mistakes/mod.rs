@@ -11,7 +11,7 @@ mod slips;
 use super::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
 use super::check::linear::{Fitted, Linear};
 use super::description::{ChannelTable, Description, Source};
-use super::survey::extent;
+use super::survey::range;
 use super::{AxisKind, Channels, Convention, Study};
 use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 
@@ -310,8 +310,7 @@ impl Axis<'_> {
         let x = channels.relative_displacement();
         let [_, v, _] = motion(&x, clear_lag(&x), self.study.sample_rate_hz);
         let fastest = v.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        let [low, high] = extent(x.iter().copied());
-        let does = match high - low {
+        let does = match range(&x) {
             travel if travel > LIMITS.travel_m => format!("travels {travel:.0} m"),
             _ if fastest > LIMITS.speed_m_s => format!("moves at up to {fastest:.0} m/s"),
             _ => return None,
@@ -329,9 +328,7 @@ impl Axis<'_> {
         if self.axis().kind == AxisKind::Translation || self.columns.has_unit {
             return None;
         }
-        let x = self.moving().first()?.relative_displacement();
-        let [low, high] = extent(x.iter().copied());
-        let angle = high - low;
+        let angle = range(&self.moving().first()?.relative_displacement());
         let column = &self.columns.displacement;
         (angle > LIMITS.turn_rad).then(|| {
             format!(
