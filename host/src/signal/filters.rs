@@ -7,7 +7,7 @@ use super::fir::{quantise, to_f64};
 use crate::signal::motion::motions;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
-use crate::text::table::hertz;
+use crate::text::table::{hertz, rounded};
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS, Taps};
 use serde::{Deserialize, Serialize};
 
@@ -280,7 +280,7 @@ fn short(hz: f64) -> String {
     if hz >= 100.0 {
         format!("{hz:.0}")
     } else {
-        format!("{hz:.1}")
+        rounded(hz)
     }
 }
 

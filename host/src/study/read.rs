@@ -89,16 +89,22 @@ impl Study {
             sources,
             unused,
         } = read_records(said, plan, logs, &mut notes)?;
-        if let Some(band) = &said.band_hz
-            && *band.get_ref() >= 0.5 * sample_rate_hz
-        {
-            return Err(source.wrong(
-                band,
-                format!(
-                    "band_hz = {} is not below half the sample rate of {sample_rate_hz} Hz; lower it or leave it out",
-                    band.get_ref()
-                ),
-            ));
+        let integrated = said.axis.iter().map(|axis| &axis.integrate_above_hz);
+        let bands = std::iter::once(("band_hz", &said.band_hz))
+            .chain(integrated.map(|hz| ("integrate_above_hz", hz)));
+        for (key, hz) in bands {
+            if let Some(hz) = hz
+                .as_ref()
+                .filter(|hz| *hz.get_ref() >= 0.5 * sample_rate_hz)
+            {
+                return Err(source.wrong(
+                    hz,
+                    format!(
+                        "{key} = {} is not below half the sample rate of {sample_rate_hz} Hz; lower it or leave it out",
+                        hz.get_ref()
+                    ),
+                ));
+            }
         }
         Ok(Self {
             quasi_static: said.is_quasi_static(),
@@ -186,16 +192,21 @@ fn derived_channels(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
             && channels.body_position.is_none()
             && channels.acceleration.is_none()
             && axis.inertia != Some(0.0);
-        let what = match channels.displacement.is_empty() {
-            true => {
-                "the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of what \
-                 depends on place"
-            }
-            false if derived => {
-                "acceleration is derived from the relative displacement, which is right only when the far side does not accelerate; give \
-                 body_position or acceleration otherwise"
-            }
-            false => return None,
+        let once = "the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of what \
+                    depends on place";
+        let twice = |hz| {
+            format!(
+                "the displacement is the acceleration integrated twice above {hz} Hz: where the joint rests and what moves slower is not \
+                 known"
+            )
+        };
+        let second_derivative = "acceleration is derived from the relative displacement, which is right only when the far side does not \
+                                 accelerate; give body_position or acceleration otherwise";
+        let what = match channels.integrate_above_hz {
+            Some(hz) => twice(hz),
+            None if channels.displacement.is_empty() => once.to_owned(),
+            None if derived => second_derivative.to_owned(),
+            None => return None,
         };
         Some(format!("axis {:?}: {what}", axis.name))
     });

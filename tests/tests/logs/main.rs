@@ -1,6 +1,7 @@
 //! Logs as they are brought: formats, clocks, gaps, cuts and drafts of a study, each read to the
 //! values that are true.
 
+mod accelerometers;
 mod cut_logs;
 mod driven;
 mod first_day;

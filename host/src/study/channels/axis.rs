@@ -1,6 +1,7 @@
 //! The channels of an axis as a log gives them: sums, differences, and what is integrated.
 
 use super::calibrated::Calibrated;
+use super::integrate::{displacement_of, integral};
 use crate::study::Channels;
 use crate::study::plan::AxisPlan;
 
@@ -34,13 +35,17 @@ impl AxisPlan {
                 Some(difference)
             }
         };
+        let position = |channel: &Calibrated| match self.integrate_above_hz {
+            None => required(channel),
+            Some(hz) => displacement_of(&required(channel), period_s, hz),
+        };
         let displacement = match (self.displacement.first(), &velocity) {
-            (Some(first), _) => required(first),
+            (Some(first), _) => position(first),
             (None, velocity) => integral(velocity.as_deref().unwrap_or_default(), period_s),
         };
         let channels = Channels {
             displacement_first: displacement,
-            displacement_second: self.displacement.get(1).map(required),
+            displacement_second: self.displacement.get(1).map(position),
             velocity,
             body_position: self.body_position.as_ref().map(required),
             acceleration: self.acceleration.as_ref().map(required),
@@ -48,15 +53,4 @@ impl AxisPlan {
         };
         (channels, absent)
     }
-}
-
-/// The integral of a series from 0, by the trapezoidal rule.
-pub(crate) fn integral(series: &[f64], period_s: f64) -> Vec<f64> {
-    let (mut sum, mut before) = (0.0, series.first().copied().unwrap_or(0.0));
-    let next = |value: &f64| {
-        sum += 0.5 * (before + value) * period_s;
-        before = *value;
-        sum
-    };
-    series.iter().map(next).collect()
 }

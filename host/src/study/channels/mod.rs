@@ -2,6 +2,7 @@
 
 pub(super) mod axis;
 pub(super) mod calibrated;
+pub(super) mod integrate;
 pub(super) mod naming;
 pub(super) mod spare;
 mod symbols;

@@ -50,6 +50,8 @@ pub(crate) struct AxisEntry {
     pub(crate) kind: AxisKind,
     /// Left out where only a velocity was logged.
     pub(crate) displacement: Option<Spanned<Channels>>,
+    /// Says that the displacement is logged as an acceleration.
+    pub(crate) integrate_above_hz: Option<Spanned<f64>>,
     pub(crate) velocity: Option<Spanned<Channels>>,
     pub(crate) body_position: Option<Spanned<Channel>>,
     pub(crate) acceleration: Option<Spanned<Channel>>,

@@ -158,7 +158,7 @@ pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKi
         || turns("force", &Quantity::Force);
     let integrated = |kind| {
         let parts = Parts::of(survey, time, kind, said, &[]);
-        parts.integrated || parts.displacement.is_empty()
+        parts.derivative > 0 || parts.displacement.is_empty()
     };
     match turns || (integrated(Translation) && !integrated(Rotation)) {
         true => [Rotation, Translation],
@@ -373,7 +373,7 @@ fn axis_of(
     said: &Said,
     findings: &mut Vec<String>,
 ) -> DraftAxis {
-    let position = Quantity::Displacement(kind);
+    let position = parts.logged(kind);
     let [mut inertia, _, mut stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
     let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
     let mut force_channel = channel(force, Quantity::Force(kind));
@@ -382,9 +382,10 @@ fn axis_of(
     let velocity = velocity_of(&logs[0], parts, (chosen.first, chosen.second), kind, said);
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let positions = std::iter::once(chosen.first).chain(chosen.second);
-    let positions = positions.filter(|_| !parts.integrated);
+    let positions = positions.filter(|_| parts.derivative != 1);
     let displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
-    let body_position = displacement.get(1).cloned();
+    let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
+    let body_position = body_position.cloned();
     let timeless = said.is_timeless(logs[0].survey);
     let mut judged = resists(chosen, timeless);
     let inertial = !timeless && shows_inertia(chosen, judged);
@@ -397,7 +398,7 @@ fn axis_of(
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
     };
-    let springy = restoring_force.sign() * stiffness > 0.0 && !parts.integrated;
+    let springy = restoring_force.sign() * stiffness > 0.0 && parts.derivative != 1;
     let base = base_of(chosen, springy, timeless);
     if chosen.weighs {
         findings.push(format!(
@@ -416,6 +417,7 @@ fn axis_of(
         name: name_of(kind).into(),
         kind,
         displacement,
+        integrate_above_hz: parts.above_hz(),
         velocity,
         body_position,
         acceleration: acceleration.filter(|_| inertial || said.inertia.is_some()),
@@ -458,11 +460,11 @@ pub(super) fn velocity_of<'a>(
     kind: AxisKind,
     said: &Said,
 ) -> Option<&'a SurveyedColumn> {
-    if parts.integrated {
+    if parts.derivative == 1 {
         return Some(pair.0);
     }
     let logged = parts.velocity.first().copied();
-    logged.filter(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, kind))
+    logged.filter(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, (kind, parts)))
 }
 
 /// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
@@ -470,11 +472,11 @@ fn agrees(
     log: &Log<'_>,
     velocity: &SurveyedColumn,
     (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),
-    kind: AxisKind,
+    (kind, parts): (AxisKind, &Parts<'_>),
 ) -> bool {
     let (Some(values), Some(x)) = (
         log.values(&velocity.name),
-        relative(log, first, second, (kind, false)),
+        relative(log, first, second, (kind, parts)),
     ) else {
         return false;
     };

@@ -38,7 +38,7 @@ fn of_displacement(
 ) -> Option<DraftAxis> {
     let first = *parts.displacement.first()?;
     let log = &logs[0];
-    let x = relative(log, first, None, (kind, parts.integrated))?;
+    let x = relative(log, first, None, (kind, parts))?;
     let acceleration = accelerometer(log, &x, parts);
     let acceleration = acceleration.filter(|(_, l)| l.correlation.abs() > DERIVATIVE);
     let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
@@ -50,8 +50,8 @@ fn of_displacement(
     });
     let velocity = velocity_of(log, parts, (first, None), kind, said);
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
-    let position = Quantity::Displacement(kind);
-    let displacement = (!parts.integrated).then(|| channel(first, position));
+    let position = parts.logged(kind);
+    let displacement = (parts.derivative != 1).then(|| channel(first, position));
     let [low, high] = extent(x.iter().copied());
     let weighs = kind == AxisKind::Rotation && high - low > FAR;
     if said.inertia.is_none() {
@@ -63,6 +63,7 @@ fn of_displacement(
         name: name_of(kind).into(),
         kind,
         displacement: displacement.into_iter().collect(),
+        integrate_above_hz: parts.above_hz(),
         velocity,
         body_position: None,
         acceleration,

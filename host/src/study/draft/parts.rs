@@ -93,6 +93,8 @@ pub struct DraftAxis {
     pub kind: AxisKind,
     /// Relative displacement, or the far side and the body, of which the second is subtracted.
     pub displacement: Vec<DraftChannel>,
+    /// Where these are accelerations: above which frequency they are integrated twice, Hz.
+    pub integrate_above_hz: Option<f64>,
     /// Relative velocity, where it was logged and agrees with the displacement.
     pub velocity: Option<DraftChannel>,
     /// The body's own position.

@@ -3,7 +3,7 @@
 
 use super::parts::{DraftAxis, Log, Said, factor};
 use crate::study::AxisKind;
-use crate::study::channels::axis::integral;
+use crate::study::channels::integrate::{displacement_of, integral, lowest_frequency};
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
 use crate::study::check::linear::{Fitted, Linear};
@@ -21,13 +21,15 @@ pub(super) const DERIVATIVE: f64 = 0.9;
 
 /// The columns that may be each part of an axis, the likeliest first.
 pub(super) struct Parts<'a> {
-    /// Velocities, where nothing but those was logged.
+    /// Velocities or accelerations, where nothing else was logged.
     pub(super) displacement: Vec<&'a SurveyedColumn>,
     pub(super) velocity: Vec<&'a SurveyedColumn>,
     pub(super) acceleration: Vec<&'a SurveyedColumn>,
     pub(super) force: Vec<&'a SurveyedColumn>,
-    /// Whether the displacement is the integral of a velocity.
-    pub(super) integrated: bool,
+    /// Which derivative the columns of the displacement are: 1 a velocity, 2 an acceleration.
+    pub(super) derivative: usize,
+    /// Above which frequency accelerations are integrated, Hz.
+    above_hz: f64,
 }
 
 impl<'a> Parts<'a> {
@@ -82,15 +84,20 @@ impl<'a> Parts<'a> {
             displacement.retain(|c| !is_copy(&c.values, &force.values));
         }
         let velocity = motion("velocity", Quantity::Velocity);
-        let integrated = displacement.is_empty() && !said.is_timeless(survey);
-        if integrated {
-            displacement.clone_from(&velocity);
+        let acceleration = motion("acceleration", Quantity::Acceleration);
+        let mut derivative = 0;
+        for integrated in [&velocity, &acceleration] {
+            if displacement.is_empty() && !said.is_timeless(survey) {
+                displacement.clone_from(integrated);
+                derivative += 1;
+            }
         }
         Self {
-            integrated,
+            derivative,
+            above_hz: 0.0,
             displacement,
             velocity,
-            acceleration: motion("acceleration", Quantity::Acceleration),
+            acceleration,
             force,
         }
     }
@@ -122,8 +129,34 @@ impl<'a> Parts<'a> {
                 )));
             }
         }
+        if let (2, Some(column)) = (self.derivative, self.displacement.first()) {
+            let all = logs
+                .iter()
+                .filter_map(|log| lowest_frequency(log.values(&column.name)?, log.rate_hz));
+            self.above_hz = rounded(all.fold(0.1 * logs[0].rate_hz, f64::min));
+        }
         Ok(())
     }
+
+    /// Above which frequency the displacement is an acceleration integrated twice, Hz.
+    pub(super) fn above_hz(&self) -> Option<f64> {
+        (self.derivative == 2).then_some(self.above_hz)
+    }
+
+    /// What the columns of the displacement are.
+    pub(super) fn logged(&self, kind: AxisKind) -> Quantity {
+        match self.derivative {
+            0 => Quantity::Displacement(kind),
+            1 => Quantity::Velocity(kind),
+            _ => Quantity::Acceleration(kind),
+        }
+    }
+}
+
+/// A frequency to two digits, rounded down.
+fn rounded(hz: f64) -> f64 {
+    let per_hz = 10_f64.powf(1.0 - hz.log10().floor());
+    (hz * per_hz).floor() / per_hz
 }
 
 /// A way of putting an axis together, and how well it explains the force.
@@ -156,7 +189,7 @@ pub(super) fn trials<'a>(
     let mut trials: Vec<Trial<'_>> = Vec::new();
     for first in &parts.displacement {
         let others = parts.displacement.iter();
-        let others = others.filter(|c| c.name != first.name && !parts.integrated);
+        let others = others.filter(|c| c.name != first.name && parts.derivative != 1);
         let seconds = std::iter::once(None).chain(others.map(Some));
         for second in seconds {
             trials.extend(trial(logs, first, second.copied(), parts, force, kind));
@@ -170,23 +203,21 @@ pub(super) fn relative(
     log: &Log<'_>,
     first: &SurveyedColumn,
     second: Option<&SurveyedColumn>,
-    (kind, integrated): (AxisKind, bool),
+    (kind, parts): (AxisKind, &Parts<'_>),
 ) -> Option<Vec<f64>> {
-    let quantity = match integrated {
-        true => Quantity::Velocity(kind),
-        false => Quantity::Displacement(kind),
-    };
-    let si = |c: &SurveyedColumn| log.si(&c.name, quantity);
+    let si = |c: &SurveyedColumn| log.si(&c.name, parts.logged(kind));
     let mut values = si(first)?;
-    if integrated {
-        values = integral(&values, 1.0 / log.rate_hz);
-    }
     if let Some(second) = second {
         for (a, b) in values.iter_mut().zip(si(second)?) {
             *a -= b;
         }
     }
-    Some(values)
+    let period_s = 1.0 / log.rate_hz;
+    Some(match parts.derivative {
+        0 => values,
+        1 => integral(&values, period_s),
+        _ => displacement_of(&values, period_s, parts.above_hz),
+    })
 }
 
 /// The accelerometer that follows a position best, and how it does.
@@ -222,13 +253,13 @@ fn trial<'a>(
     kind: AxisKind,
 ) -> Option<Trial<'a>> {
     let body = second.unwrap_or(first);
-    let kinds = (kind, parts.integrated);
+    let kinds = (kind, parts);
     let position = relative(&logs[0], body, None, kinds)?;
     let best = accelerometer(&logs[0], &position, parts);
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     // By a spring, and where it turns by the weight of a body, each alone and beside dry friction.
-    let may_weigh = kind == AxisKind::Rotation && !parts.integrated;
+    let may_weigh = kind == AxisKind::Rotation && parts.derivative == 0;
     let fits_of = |columns| [Linear::new(columns), Linear::new(columns + 1)];
     let mut fits = vec![fits_of(3)];
     fits.extend(may_weigh.then(|| fits_of(4)));

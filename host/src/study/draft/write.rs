@@ -198,6 +198,13 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
             );
         }
     }
+    if let Some(hz) = axis.integrate_above_hz {
+        let _ = writeln!(
+            text,
+            "# These are accelerations, integrated twice above this frequency, below which nothing is known of the motion.\n\
+             integrate_above_hz = {hz:?}   {GUESSED}"
+        );
+    }
     optional(
         text,
         "velocity",
