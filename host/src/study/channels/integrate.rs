@@ -14,7 +14,8 @@ use realfft::RealFftPlanner;
 
 /// Passes of the regularised integration.
 const PASSES: usize = 3;
-/// The frequency at which a body is fastest over that above which its motion is integrated, at least.
+/// The frequency at which a body is fastest over that above which its motion is integrated, at
+/// least.
 const MARGIN: f64 = 1.5;
 /// How far the power of a motion stands out of the least power below where the body is fastest:
 /// what lies 15 dB above noise is mostly motion.
@@ -136,8 +137,8 @@ pub(crate) fn lowest_frequency(acceleration: &[f64], rate_hz: f64) -> Option<f64
     let transform = RealFftPlanner::new().plan_fft_forward(rows);
     let mut lines = transform.make_output_vec();
     transform.process(&mut windowed, &mut lines).ok()?;
-    // First frequency, mean power and square of the speed of lines put together so that the power of
-    // each group is steady, a fourth of its frequency wide.
+    // First frequency, mean power and square of the speed of lines put together so that the power
+    // of each group is steady, a fourth of its frequency wide.
     let mut groups: Vec<[f64; 3]> = Vec::new();
     let mut first = 1;
     while first < lines.len() {

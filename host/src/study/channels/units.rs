@@ -99,6 +99,7 @@ const LENGTH: &[(&str, f64)] = &[
 ];
 const ANGLE: &[(&str, f64)] = &[
     ("rad", 1.0),
+    ("urad", 1e-6),
     ("mrad", 1e-3),
     ("deg", PI / 180.0),
     ("arcmin", PI / 10_800.0),
@@ -142,6 +143,7 @@ const ANGULAR_ACCELERATION: &[(&str, f64)] = &[
 ];
 const FORCE: &[(&str, f64)] = &[
     ("N", 1.0),
+    ("uN", 1e-6),
     ("mN", 1e-3),
     ("daN", 10.0),
     ("kN", 1e3),
@@ -155,6 +157,7 @@ const FORCE: &[(&str, f64)] = &[
 /// A torque is a force times a length, either of which may stand first.
 const TORQUE: &[(&str, f64)] = &[
     ("N*m", 1.0),
+    ("uN*m", 1e-6),
     ("mN*m", 1e-3),
     ("daN*m", 10.0),
     ("kN*m", 1e3),
