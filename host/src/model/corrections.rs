@@ -213,8 +213,8 @@ pub fn in_words(effects: &[ModelEffect]) -> Vec<String> {
                 short(value)
             ),
             "force_zero" => format!(
-                "the force channel of {axis} has another zero in every record, {} from nothing (RMS), which is found and taken out in every \
-                 record anew",
+                "a constant force on {axis} differs from record to record, {} from nothing (RMS), as the zero of its channel, a preload or the \
+                 place of rest may; it is found and taken out in every record anew",
                 value_with_unit(value, unit)
             ),
             "force_drift" => {

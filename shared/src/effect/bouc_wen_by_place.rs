@@ -16,6 +16,7 @@ impl Effect for BoucWenByPlace {
     const REPLACES: &'static [&'static str] = &["bouc_wen"];
     const STATE_BOUNDS: &'static [StateBound] = BoucWen::STATE_BOUNDS;
     const ERROR_PROPAGATION: ErrorPropagation = BoucWen::ERROR_PROPAGATION;
+    const STRENGTH_BY_DISPLACEMENT: &'static [usize] = &[0, 4, 5];
 
     const ABOUT: About = About {
         name: "bouc_wen_by_place",

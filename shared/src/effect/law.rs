@@ -168,6 +168,9 @@ pub trait Effect {
     /// Strengths, by their places, that may be nothing as long as one of them is not: a contact on
     /// one side is a contact.
     const ONE_IS_ENOUGH: &'static [usize] = &[];
+    /// Coefficients of a polynomial in the displacement, the constant first, that makes a strength
+    /// which is below 0 nowhere.
+    const STRENGTH_BY_DISPLACEMENT: &'static [usize] = &[];
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
     /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
@@ -233,6 +236,9 @@ pub struct Entry {
     pub never_less: &'static [(usize, usize)],
     /// Strengths of which one is enough: [`Effect::ONE_IS_ENOUGH`].
     pub one_is_enough: &'static [usize],
+    /// Coefficients of a strength in the displacement: [`Effect::STRENGTH_BY_DISPLACEMENT`].
+    #[cfg(feature = "fit")]
+    pub strength_by_displacement: &'static [usize],
     /// Parameters at whose largest value it is another law: [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
     /// Parameters that are searched for in SI: [`Effect::IN_SI`].
@@ -284,6 +290,8 @@ impl Entry {
             looks_like: E::LOOKS_LIKE,
             never_less: E::NEVER_LESS,
             one_is_enough: E::ONE_IS_ENOUGH,
+            #[cfg(feature = "fit")]
+            strength_by_displacement: E::STRENGTH_BY_DISPLACEMENT,
             not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
             in_si: E::IN_SI,

@@ -11,6 +11,7 @@ use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::{apply_every, thinning};
 use crate::signal::motion::Motion;
+use crate::study::survey::extent;
 use crate::study::{Axis, Convention};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};
@@ -53,8 +54,8 @@ pub(crate) struct Records<'a> {
     /// The largest displacement and velocity of each axis, and the RMS of its force: what
     /// parameters are relative to.
     pub(crate) references: References,
-    /// From the smallest to the largest displacement of each axis, over all records, m or rad.
-    pub(crate) travel: Vec<f64>,
+    /// The smallest and the largest displacement of each axis, over all records, m or rad.
+    pub(crate) extent: Vec<[f64; 2]>,
     /// The measured force of each axis, record after record, the first axis's before the second's.
     pub(crate) measured: Vec<f64>,
     /// The inertia that is stated, per axis, kg or kg·m².
@@ -78,10 +79,9 @@ impl<'a> Records<'a> {
             let most = series.fold(0.0, |most: f64, v| most.max(v.abs()));
             if most > 0.0 { most } else { 1.0 }
         };
-        let travel = |axis: usize| {
+        let extent_of = |axis: usize| {
             let series = motions.iter().flat_map(|m| &m.states[2 * axis]);
-            let least = series.clone().copied().fold(f64::INFINITY, f64::min);
-            series.fold(0.0, |most: f64, x| most.max(x - least))
+            extent(series.copied())
         };
         let conventions: Vec<Convention> = axes.iter().map(|a| a.restoring_force).collect();
         let histories = motions.iter();
@@ -104,7 +104,7 @@ impl<'a> Records<'a> {
                 velocity: [largest(1), largest(3)],
                 time: 1.0,
             },
-            travel: (0..axes.len()).map(travel).collect(),
+            extent: (0..axes.len()).map(extent_of).collect(),
             measured: Vec::new(),
             inertias: axes.iter().map(|axis| axis.inertia).collect(),
             forced: (0..axes.len())

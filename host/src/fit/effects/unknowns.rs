@@ -114,6 +114,9 @@ const SAMPLED: f64 = 0.45;
 /// materials.
 const AT_REST: f64 = 3.0;
 
+/// Places along the travel at which a strength is looked at.
+const PLACES: u32 = 32;
+
 /// A strength of the joint is at most so many times what the largest force, displacement and
 /// velocity make: a stop of that stiffness is pressed by a thousandth of the motion.
 const MOST: f64 = 1e3;
@@ -145,8 +148,8 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
 
 /// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is
 /// absent, unless another one is enough; no strength of the joint is far beyond what is measured;
-/// none is less than what it exceeds in nature or more than a few times that; and it has not become
-/// another one. One whose memory outlasts the records has: it is a spring about another zero, and
+/// none is less than what it exceeds in nature or more than a few times that, or below nothing at
+/// some place where the motion goes; and it has not become another one. One whose memory outlasts the records has: it is a spring about another zero, and
 /// follows the drift of an instrument. So has one that forgets within a sample, which is a damper,
 /// one that repeats after more than the travel, or a line of which the longest record holds no
 /// three periods or the sampling no more than a glimpse.
@@ -169,12 +172,13 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
         let above = least < *value || (*value == 0.0 && may_vanish(place));
         !linear || (above && *value < most && !too_strong(parameter, *value))
     });
+    let [lowest, highest] = records.extent[bound.axis];
     let at_most = |place: usize| match parameters[place].role {
         Role::Shape(shape) => {
             let unit = reference(bound, &parameters[place], &records.references);
             let is_length = parameters[place].dimension == Dimension::DISPLACEMENT;
             values[place] > AT_MOST * shape.most * unit
-                || (is_length && values[place] > records.travel[bound.axis])
+                || (is_length && values[place] > highest - lowest)
         }
         _ => false,
     };
@@ -190,7 +194,16 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
         _ => false,
     });
     let mut pairs = entry.never_less.iter();
+    let strength_at = |x: f64| {
+        let coefficients = entry.strength_by_displacement.iter().rev();
+        coefficients.fold(0.0, |sum, &place| sum * x + values[place])
+    };
+    let mut places = (0..=PLACES).map(|at| {
+        let share = f64::from(at) / f64::from(PLACES);
+        lowest + share * (highest - lowest)
+    });
     inside
+        && places.all(|x| strength_at(x) >= 0.0)
         && pairs.all(|&(more, less)| (1.0..=AT_REST).contains(&(values[more] / values[less])))
         && !entry.not_at_most.iter().any(|&place| at_most(place))
         && !unseen
