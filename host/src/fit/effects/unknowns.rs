@@ -202,8 +202,10 @@ pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<
         let share = f64::from(at) / f64::from(PLACES);
         lowest + share * (highest - lowest)
     });
+    // What follows an input may be a change of another strength.
+    let grips = bound.input.is_some() || places.all(|x| strength_at(x) >= 0.0);
     inside
-        && places.all(|x| strength_at(x) >= 0.0)
+        && grips
         && pairs.all(|&(more, less)| (1.0..=AT_REST).contains(&(values[more] / values[less])))
         && !entry.not_at_most.iter().any(|&place| at_most(place))
         && !unseen
