@@ -109,6 +109,7 @@ pub(super) fn cancelled(
 mod tests {
     use super::*;
     use crate::fit::identify;
+    use crate::signal::motion::{Motion, motions};
     use crate::study::MemoryLog;
 
     #[test]
@@ -147,5 +148,44 @@ mod tests {
             None,
             "a fit without intervals"
         );
+    }
+
+    #[test]
+    fn a_strength_by_place_is_below_nothing_nowhere() {
+        let text = "sample_rate_hz = 500.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n\
+                    inertia = 0\n[[record]]\nfile = \"a\"\nrole = \"train\"\n[base]\nterms = [\"bouc_wen_by_place@x\"]\n";
+        // From −1 to 3 mm, gripped harder above.
+        let x = |row: i32| 1e-3 * (1.0 + 2.0 * (0.05 * f64::from(row)).sin());
+        let force = |row: i32| {
+            let velocity = (0.05 * f64::from(row)).cos();
+            (4.0 + 1000.0 * x(row)) * (20.0 * velocity).tanh()
+        };
+        let log = MemoryLog {
+            name: "a".into(),
+            columns: vec![
+                ("x".into(), (0..4000).map(x).collect()),
+                ("F".into(), (0..4000).map(force).collect()),
+            ],
+        };
+        let study = Study::of_memory("memory", text, &[log]).unwrap();
+        let mut model = identify::physical(&study).unwrap().model;
+        let motions = motions(&study, &model.filters).unwrap();
+        let motions: Vec<&Motion> = motions.iter().collect();
+        let band = model.filters.band.clone();
+        let records = Records::new(&study.axes, &motions, &band);
+        assert_eq!(all_unphysical(&records, &model).unwrap(), [""; 0]);
+        let slope = |model: &mut ModelFile, value| {
+            let mut parameters = model.effects[0].parameters.iter_mut();
+            let slope = parameters.find(|p| p.name == "friction_slope");
+            slope.unwrap().value = value;
+        };
+        // 4 N less 2 N/mm · 3 mm.
+        slope(&mut model, -2000.0);
+        assert_eq!(
+            all_unphysical(&records, &model).unwrap(),
+            ["bouc_wen_by_place@x"]
+        );
+        slope(&mut model, -1000.0);
+        assert_eq!(all_unphysical(&records, &model).unwrap(), [""; 0]);
     }
 }

@@ -14,7 +14,8 @@ const DAMPING: f64 = 12.0;
 const CUBIC: f64 = 2e8;
 const RATE_HZ: f64 = 1000.0;
 
-/// A body on a hardening spring beside an exciter; its accelerometer has an offset, drift and noise.
+/// A body on a hardening spring beside an exciter; its accelerometer has an offset, drift and
+/// noise.
 fn run(size: f64, phase: f64) -> String {
     const STEPS: u32 = 10;
     let mut text = String::from("t [s],acc [g],load [N]\n");
@@ -71,7 +72,8 @@ fn force_and_acceleration_alone_give_mass_spring_and_what_is_missing() {
     assert!((0.5..3.3).contains(&above_hz), "{drafted}");
 
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    // What is slower than the drive is not known, so other laws that stiffen come near the cubic one.
+    // What is slower than the drive is not known, so other laws that stiffen come near the cubic
+    // one.
     let said = succeed(folder, &["diagnose", ".", "model.json"]);
     let named = said
         .lines()

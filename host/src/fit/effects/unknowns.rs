@@ -149,10 +149,11 @@ pub(crate) fn column_bounds(bound: &AxisEffect, records: &Records<'_>) -> Vec<[f
 /// Whether a law is what it is called: every strength is inside its bounds, as one at nothing is
 /// absent, unless another one is enough; no strength of the joint is far beyond what is measured;
 /// none is less than what it exceeds in nature or more than a few times that, or below nothing at
-/// some place where the motion goes; and it has not become another one. One whose memory outlasts the records has: it is a spring about another zero, and
-/// follows the drift of an instrument. So has one that forgets within a sample, which is a damper,
-/// one that repeats after more than the travel, or a line of which the longest record holds no
-/// three periods or the sampling no more than a glimpse.
+/// some place where the motion goes; and it has not become another one. One whose memory outlasts
+/// the records has: it is a spring about another zero, and follows the drift of an instrument. So
+/// has one that forgets within a sample, which is a damper, one that repeats after more than the
+/// travel, or a line of which the longest record holds no three periods or the sampling no more
+/// than a glimpse.
 pub(crate) fn is_physical(bound: &AxisEffect, values: &[f64], records: &Records<'_>) -> bool {
     let entry = bound.entry;
     let parameters = entry.parameters();
