@@ -13,6 +13,8 @@ pub(crate) struct Named {
     pub(crate) time: u8,
     /// Whether its name is that of a current that something really took.
     pub(crate) current: bool,
+    /// Whether its name is that of a position which may be a motor's.
+    pub(crate) position: bool,
     /// What it may measure, with how surely.
     pub(crate) quantities: Vec<(Quantity, u8)>,
 }
@@ -147,6 +149,9 @@ const COMMANDS: [&str; 23] = [
     "vorgabe",
 ];
 
+/// Words for the position of a motor, which is an angle more often than a length.
+const POSITIONS: [&str; 5] = ["q", "qm", "pos", "position", "encoder"];
+
 /// Words for the current of a motor.
 const CURRENTS: [&str; 7] = [
     "current",
@@ -223,6 +228,7 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
     Named {
         time,
         current: among(&CURRENTS) && !commanded,
+        position: among(&POSITIONS) && !commanded,
         quantities: QUANTITIES
             .into_iter()
             .map(|q| (q, score(q)))

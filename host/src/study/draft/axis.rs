@@ -61,11 +61,15 @@ fn only_current<'a>(survey: &'a Survey, said: &Said) -> Option<&'a SurveyedColum
     if said.column("force").is_some() || survey.columns.iter().any(of_force) {
         return None;
     }
-    let is_current = |c: &&SurveyedColumn| c.unit.as_deref().map_or(c.named.current, is_of_current);
-    let mut currents = survey.columns.iter().filter(is_current);
+    let mut currents = survey.columns.iter().filter(|c| is_current(c));
     currents
         .next()
         .filter(|c| currents.next().is_none() && c.missing == 0 && c.rms > 0.0)
+}
+
+fn is_current(column: &SurveyedColumn) -> bool {
+    let by_name = column.named.current;
+    column.unit.as_deref().map_or(by_name, is_of_current)
 }
 
 /// Refuses columns that the user named twice, or that are not there.
@@ -143,7 +147,8 @@ pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said)
     ))
 }
 
-/// Translation first, unless a column that the user named turns, or the only position is an angle.
+/// Translation first, unless a column that the user named turns, or the only position is an angle:
+/// that of a motor with a current in place of a force is one where it states no unit.
 pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKind; 2] {
     use AxisKind::{Rotation, Translation};
     let turns = |role: &str, quantity: &dyn Fn(AxisKind) -> Quantity| {
@@ -160,6 +165,10 @@ pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKi
         let parts = Parts::of(survey, time, kind, said, &[]);
         parts.derivative > 0 || parts.displacement.is_empty()
     };
+    let force = said.column("force").and_then(|name| survey.column(name));
+    let of_motor = |c: &&SurveyedColumn| c.unit.is_none() && c.named.position;
+    let positions = || Parts::of(survey, time, Translation, said, &[]).displacement;
+    let turns = turns || force.is_some_and(is_current) && positions().first().is_some_and(of_motor);
     match turns || (integrated(Translation) && !integrated(Rotation)) {
         true => [Rotation, Translation],
         false => [Translation, Rotation],

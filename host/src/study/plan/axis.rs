@@ -153,7 +153,8 @@ fn check_displacement(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
             Some(velocity) if !velocity.get_ref().0.is_empty() => Ok(()),
             _ => Err(source.wrong(
                 &entry.name,
-                "an axis needs its displacement, or its velocity, of which the displacement is then the integral; name a column of either",
+                "an axis needs its displacement, or its velocity, of which the displacement is then the integral; name a column of either, or \
+                 an accelerometer as displacement with integrate_above_hz",
             )),
         };
     };

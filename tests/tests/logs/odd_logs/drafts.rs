@@ -124,7 +124,7 @@ fn what_init_cannot_draft_is_refused_with_its_reason() {
 #[test]
 fn a_lone_current_is_the_force_by_its_name_and_degrees_without_a_unit_are_asked_about() {
     let folder = TempDir::new().unwrap();
-    let log = text("t,angle,Iq", |t| {
+    let log = text("t,q,Iq", |t| {
         let [x, v, _] = motion(t);
         let degrees = 60.0;
         [t, degrees * x, degrees * (0.4 * x + 0.2 * v)]
@@ -135,13 +135,13 @@ fn a_lone_current_is_the_force_by_its_name_and_degrees_without_a_unit_are_asked_
         said.contains("no column is a force, so the current \"Iq\" stands for it"),
         "{said}"
     );
-    let asked = "displacement = { column = \"angle\", unit = \"deg\" } if these are degrees";
+    let asked = "displacement = { column = \"q\", unit = \"deg\" } if these are degrees";
     assert!(said.contains(asked), "{said}");
     // Once the unit is written, nothing is asked.
     let path = folder.path().join("study.toml");
     let study = fs::read_to_string(&path).unwrap();
-    let given = "displacement = { column = \"angle\", unit = \"deg\" }";
-    let stated = study.replace("displacement = \"angle\"", given);
+    let given = "displacement = { column = \"q\", unit = \"deg\" }";
+    let stated = study.replace("displacement = \"q\"", given);
     assert_ne!(stated, study);
     fs::write(&path, stated).unwrap();
     let said = succeed(folder.path(), &["identify", ".", "--model", "physical"]);
