@@ -184,31 +184,32 @@ pub(super) fn folder_name(folder: &Path) -> String {
         .unwrap_or_else(|| "study".to_owned())
 }
 
-/// A sentence for every axis whose displacement is integrated, or whose acceleration is derived
+/// What is said of every axis whose displacement is integrated, or whose acceleration is derived
 /// from a relative displacement.
 fn derived_channels(plan: &Plan, axes: &[super::Axis]) -> Vec<String> {
-    let said = plan.axes.iter().zip(axes).filter_map(|(channels, axis)| {
-        let derived = channels.displacement.len() == 2
+    let said = plan.axes.iter().zip(axes).flat_map(|(channels, axis)| {
+        let integrated = match channels.integrate_above_hz {
+            Some(hz) => Some(format!(
+                "the displacement is the acceleration integrated twice above {hz} Hz: where the joint rests and what moves slower is not \
+                 known"
+            )),
+            None => channels.displacement.is_empty().then(|| {
+                "the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of what \
+                 depends on place"
+                    .into()
+            }),
+        };
+        let is_derived = channels.displacement.len() == 2
             && channels.body_position.is_none()
             && channels.acceleration.is_none()
             && axis.inertia != Some(0.0);
-        let once = "the displacement is the integral of the velocity, from 0 at the beginning of every record, so little is known of what \
-                    depends on place";
-        let twice = |hz| {
-            format!(
-                "the displacement is the acceleration integrated twice above {hz} Hz: where the joint rests and what moves slower is not \
-                 known"
-            )
-        };
-        let second_derivative = "acceleration is derived from the relative displacement, which is right only when the far side does not \
-                                 accelerate; give body_position or acceleration otherwise";
-        let what = match channels.integrate_above_hz {
-            Some(hz) => twice(hz),
-            None if channels.displacement.is_empty() => once.to_owned(),
-            None if derived => second_derivative.to_owned(),
-            None => return None,
-        };
-        Some(format!("axis {:?}: {what}", axis.name))
+        let derived = is_derived.then(|| {
+            "acceleration is derived from the relative displacement, which is right only when the far side does not accelerate; give \
+             body_position or acceleration otherwise"
+                .into()
+        });
+        let all = [integrated, derived].into_iter().flatten();
+        all.map(|what: String| format!("axis {:?}: {what}", axis.name))
     });
     said.collect()
 }

@@ -130,3 +130,31 @@ fn what_cannot_be_integrated_is_refused() {
     let said = study("displacement = \"acc [g]\"");
     assert!(said.contains("\"g\""), "{said}");
 }
+
+#[test]
+fn two_accelerometers_without_that_of_the_body_are_told_what_is_derived() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let log = run(3.0, 0.7);
+    let beside = |(row, line): (usize, &str)| match row {
+        0 => format!("{line},far [g]\n"),
+        _ => format!("{line},{:.6}\n", 0.02 * (0.05 * row as f64).sin()),
+    };
+    let with_far: String = log.lines().enumerate().map(beside).collect();
+    fs::write(folder.join("a.csv"), with_far).unwrap();
+    let text = format!(
+        "time = \"t [s]\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"far [g]\", \"acc [g]\"]\n\
+         integrate_above_hz = 2.0\nforce = \"load [N]\"\ninertia = {MASS}\nrestoring_force = \"inertia_minus_force\"\n\
+         [[record]]\nfile = \"a.csv\"\nrole = \"train\"\n[base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n"
+    );
+    fs::write(folder.join("study.toml"), text).unwrap();
+    let said = succeed(folder, &["identify", ".", "--model", "physical"]);
+    assert!(
+        said.contains("the acceleration integrated twice above 2 Hz"),
+        "{said}"
+    );
+    assert!(
+        said.contains("acceleration is derived from the relative displacement"),
+        "{said}"
+    );
+}

@@ -391,7 +391,7 @@ fn axis_of(
     let velocity = velocity_of(&logs[0], parts, (chosen.first, chosen.second), kind, said);
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let positions = std::iter::once(chosen.first).chain(chosen.second);
-    let positions = positions.filter(|_| parts.derivative != 1);
+    let positions = positions.filter(|_| !parts.are_velocities());
     let displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
@@ -407,7 +407,7 @@ fn axis_of(
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
     };
-    let springy = restoring_force.sign() * stiffness > 0.0 && parts.derivative != 1;
+    let springy = restoring_force.sign() * stiffness > 0.0 && !parts.are_velocities();
     let base = base_of(chosen, springy, timeless);
     if chosen.weighs {
         findings.push(format!(
@@ -469,7 +469,7 @@ pub(super) fn velocity_of<'a>(
     kind: AxisKind,
     said: &Said,
 ) -> Option<&'a SurveyedColumn> {
-    if parts.derivative == 1 {
+    if parts.are_velocities() {
         return Some(pair.0);
     }
     let logged = parts.velocity.first().copied();

@@ -51,7 +51,7 @@ fn of_displacement(
     let velocity = velocity_of(log, parts, (first, None), kind, said);
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let position = parts.logged(kind);
-    let displacement = (parts.derivative != 1).then(|| channel(first, position));
+    let displacement = (!parts.are_velocities()).then(|| channel(first, position));
     let [low, high] = extent(x.iter().copied());
     let weighs = kind == AxisKind::Rotation && high - low > FAR;
     if said.inertia.is_none() {

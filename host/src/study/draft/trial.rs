@@ -9,6 +9,7 @@ use crate::study::check::kinematics::{Likeness, alike, clear_lag, derivative_lik
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn, extent};
 use crate::text::error::{Error, Result};
+use std::borrow::Cow;
 
 /// Candidates for one part that are tried against the numbers.
 const TRIED: usize = 4;
@@ -138,6 +139,11 @@ impl<'a> Parts<'a> {
         Ok(())
     }
 
+    /// Whether the displacement is the integral of a velocity, which is the axis's own.
+    pub(super) fn are_velocities(&self) -> bool {
+        self.derivative == 1
+    }
+
     /// Above which frequency the displacement is an acceleration integrated twice, Hz.
     pub(super) fn above_hz(&self) -> Option<f64> {
         (self.derivative == 2).then_some(self.above_hz)
@@ -189,7 +195,7 @@ pub(super) fn trials<'a>(
     let mut trials: Vec<Trial<'_>> = Vec::new();
     for first in &parts.displacement {
         let others = parts.displacement.iter();
-        let others = others.filter(|c| c.name != first.name && parts.derivative != 1);
+        let others = others.filter(|c| c.name != first.name && !parts.are_velocities());
         let seconds = std::iter::once(None).chain(others.map(Some));
         for second in seconds {
             trials.extend(trial(logs, first, second.copied(), parts, force, kind));
@@ -266,7 +272,10 @@ fn trial<'a>(
     let (mut turns, mut work) = (0.0_f64, [0.0; 2]);
     for log in logs {
         let x = relative(log, first, second, kinds)?;
-        let of_body = relative(log, body, None, kinds)?;
+        let of_body = match second {
+            None => Cow::Borrowed(&x),
+            Some(body) => Cow::Owned(relative(log, body, None, kinds)?),
+        };
         let lag = clear_lag(&of_body).max(2);
         let f = log.si(&force.name, Quantity::Force(kind))?;
         work = with_work(work, &x, &f);

@@ -170,6 +170,35 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
             format!("  {GUESSED}")
         }
     );
+    displacement_text(text, axis, unit);
+    optional(
+        text,
+        "velocity",
+        "Relative velocity, as displacement; derived from it when left out.",
+        axis.velocity.as_ref(),
+    );
+    optional(
+        text,
+        "body_position",
+        "Absolute position of the body that carries the inertia; the displacement when left out.",
+        axis.body_position.as_ref(),
+    );
+    optional(
+        text,
+        "acceleration",
+        "That body's absolute acceleration; derived from its position when left out.",
+        axis.acceleration.as_ref(),
+    );
+    let _ = writeln!(text, "# The applied force on that body; a list is summed.");
+    match &axis.force {
+        Some(force) => line(text, "force", &written(force), force.guessed),
+        None => line(text, "force", "0", false),
+    }
+    inertia_text(text, axis);
+}
+
+/// The displacement, and how it is made of accelerations.
+fn displacement_text(text: &mut String, axis: &DraftAxis, unit: &str) {
     let list: Vec<String> = axis.displacement.iter().map(written).collect();
     match list.as_slice() {
         [] => {
@@ -205,30 +234,6 @@ fn axis_text(text: &mut String, axis: &DraftAxis) {
              integrate_above_hz = {hz:?}   {GUESSED}"
         );
     }
-    optional(
-        text,
-        "velocity",
-        "Relative velocity, as displacement; derived from it when left out.",
-        axis.velocity.as_ref(),
-    );
-    optional(
-        text,
-        "body_position",
-        "Absolute position of the body that carries the inertia; the displacement when left out.",
-        axis.body_position.as_ref(),
-    );
-    optional(
-        text,
-        "acceleration",
-        "That body's absolute acceleration; derived from its position when left out.",
-        axis.acceleration.as_ref(),
-    );
-    let _ = writeln!(text, "# The applied force on that body; a list is summed.");
-    match &axis.force {
-        Some(force) => line(text, "force", &written(force), force.guessed),
-        None => line(text, "force", "0", false),
-    }
-    inertia_text(text, axis);
 }
 
 /// Inertia, sign, encoder and ground.

@@ -94,13 +94,6 @@ pub(super) fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     positive(source, "encoder_step", entry.encoder_step.as_ref())?;
     let above = entry.integrate_above_hz.as_ref();
     positive(source, "integrate_above_hz", above)?;
-    if let (Some(above), None) = (above, &entry.displacement) {
-        return Err(source.wrong(
-            above,
-            "integrate_above_hz says that the columns of displacement are accelerations, and there is no displacement; name the \
-             column of the accelerometer as displacement",
-        ));
-    }
     if let Some(inertia) = &entry.inertia
         && !(inertia.get_ref().is_finite() && *inertia.get_ref() >= 0.0)
     {
@@ -149,6 +142,13 @@ pub(super) fn check_axis(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
 /// Checks how many columns the displacement has.
 fn check_displacement(source: &Source<'_>, entry: &AxisEntry) -> Result<()> {
     let Some(displacement) = &entry.displacement else {
+        if let Some(above) = &entry.integrate_above_hz {
+            return Err(source.wrong(
+                above,
+                "integrate_above_hz says that the columns of displacement are accelerations, and there is no displacement; name the \
+                 column of the accelerometer as displacement",
+            ));
+        }
         return match &entry.velocity {
             Some(velocity) if !velocity.get_ref().0.is_empty() => Ok(()),
             _ => Err(source.wrong(
