@@ -2,7 +2,9 @@
 //! row of units, first row.
 
 use super::cells::{Decimal, instant, number};
-use crate::study::channels::units::is_a_unit;
+use super::heading::{
+    commented_heading, heading_and_units, name_the_unnamed, with_columns_of_units,
+};
 
 /// Lines looked at from the top of the file, where preface and heading are.
 pub(super) const TOP: usize = 300;
@@ -126,7 +128,7 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         // Preface lines such as “Run;7;;” are padded to the width of the table, and
         // “Interval;0.0005” has as many cells by itself.
         numbers > 0
-            && 2 * numbers >= columns
+            && 2 * numbers >= numeric.iter().filter(|n| **n).count()
             && 2 * words.count() < columns
             && fits(cells.len(), columns)
     };
@@ -145,6 +147,10 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     if heading.is_none() {
         heading = first.and_then(|i| commented_heading(top, rows[i].0, columns, &split_line));
     }
+    let units = match &heading {
+        Some(names) => with_columns_of_units(units, names, &body, separator),
+        None => units,
+    };
     if let (Some(names), Some(i)) = (&mut heading, first) {
         let cells = rows[i..].iter().take(2).map(|(_, row)| split_line(row));
         let firsts = cells.filter_map(|cells| number(cells.first()?, decimal));
@@ -159,54 +165,6 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     }
 }
 
-/// The names, and the units below or within them; `names` are the last lines above the first row,
-/// from there upwards.
-fn heading_and_units(mut names: Vec<Vec<String>>) -> (Option<Vec<String>>, Vec<Option<String>>) {
-    let units = match names.as_slice() {
-        [units, heading] if is_row_of_units(units) && !is_row_of_units(heading) => {
-            names.remove(0).into_iter().map(bare_unit).collect()
-        }
-        _ => Vec::new(),
-    };
-    let heading = names.into_iter().next();
-    let mut units: Vec<Option<String>> = units;
-    if let Some(names) = heading
-        .as_deref()
-        .filter(|names| units.is_empty() && is_of_units_alone(names))
-    {
-        units = names.iter().cloned().map(bare_unit).collect();
-    }
-    (heading, units)
-}
-
-/// Names columns above which the heading is empty: by its unit where one stands there, and the
-/// first column by its place where its first numbers, `firsts`, are no count of the rows, as
-/// programs write it in front.
-fn name_the_unnamed(names: &mut [String], units: &[Option<String>], firsts: &[f64]) {
-    let is_count = matches!(firsts, [a, b] if b - a == 1.0);
-    for (place, name) in names.iter_mut().enumerate().filter(|(_, n)| n.is_empty()) {
-        match units.get(place) {
-            Some(Some(unit)) => name.clone_from(unit),
-            _ if place == 0 && !is_count && !firsts.is_empty() => "c1".clone_into(name),
-            _ => {}
-        }
-    }
-}
-
-/// A comment right above the first row that has as many words as there are columns: how NumPy
-/// writes a heading.
-fn commented_heading(
-    top: &[(usize, &str)],
-    first_line: usize,
-    columns: usize,
-    split_line: &dyn Fn(&str) -> Vec<String>,
-) -> Option<Vec<String>> {
-    let above = top.iter().take_while(|(number, _)| *number < first_line);
-    let (_, comment) = above.last()?;
-    let words = split_line(comment.trim_start().trim_start_matches(['#', '%', '/']));
-    (columns > 1 && words.len() == columns).then_some(words)
-}
-
 /// A trailing separator adds an empty cell to the rows or to the heading.
 fn fits(cells: usize, columns: usize) -> bool {
     cells.abs_diff(columns) <= 1 && cells > 0
@@ -216,8 +174,8 @@ fn is_value(cell: &str, decimal: Decimal) -> bool {
     number(cell, decimal).is_some() || instant(cell).is_some()
 }
 
-/// How well lines read as rows: numbers less what is neither number nor empty; with the usual count
-/// of cells.
+/// How well lines read as rows: numbers less what is neither number nor empty, less still where it
+/// stands among numbers; with the usual count of cells.
 fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, usize) {
     let mut cells = Vec::new();
     let mut counts = std::collections::BTreeMap::new();
@@ -229,6 +187,7 @@ fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, 
         .iter()
         .max_by_key(|(_, n)| **n)
         .map_or(0, |(c, _)| *c);
+    let numeric = numeric_columns(lines, (separator, decimal), columns);
     let mut score = 0_i64;
     for line in lines {
         split(line, separator, &mut cells);
@@ -236,14 +195,16 @@ fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, 
             score -= 1;
             continue;
         }
-        for cell in cells.iter().filter(|c| !c.is_empty()) {
+        let filled = cells.iter().zip(&numeric).filter(|(c, _)| !c.is_empty());
+        for (cell, numeric) in filled {
             // “1,234” reads as a thousand with a point and as one and a quarter with a comma: it
             // speaks for neither point.
             let grouped = decimal == Decimal::Point && cell.parse::<f64>().is_err();
             score += match is_value(cell, decimal) {
                 true if grouped && instant(cell).is_none() => 0,
                 true => 1,
-                false => -2,
+                false if *numeric => -2,
+                false => -1,
             };
         }
     }
@@ -265,33 +226,6 @@ fn numeric_columns(
         }
     }
     counts.iter().map(|count| 2 * count > body.len()).collect()
-}
-
-/// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has
-/// units of its own.
-fn is_row_of_units(cells: &[String]) -> bool {
-    let filled = cells.iter().filter(|c| !c.is_empty());
-    let units = |c: &&String| bracketed(c).is_some() || is_a_unit(c);
-    let known = filled.clone().filter(units).count();
-    known > 0 && 2 * known >= filled.count()
-}
-
-/// Whether names are nothing but units, of three columns or more, as `s,mm,N`; one letter each may
-/// be names as well.
-fn is_of_units_alone(names: &[String]) -> bool {
-    let unit = |name: &String| is_a_unit(bracketed(name).unwrap_or(name));
-    names.len() > 2 && names.iter().all(unit) && names.iter().any(|name| name.chars().count() > 1)
-}
-
-fn bracketed(cell: &str) -> Option<&str> {
-    let square = cell.strip_prefix('[').and_then(|c| c.strip_suffix(']'));
-    let round = cell.strip_prefix('(').and_then(|c| c.strip_suffix(')'));
-    square.or(round).map(str::trim)
-}
-
-fn bare_unit(cell: String) -> Option<String> {
-    let bare = bracketed(&cell).unwrap_or(&cell);
-    (!bare.is_empty()).then(|| bare.to_owned())
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod cells;
 pub(super) mod csv;
+mod heading;
 mod layout;
 pub(super) mod long;
 

@@ -1,0 +1,119 @@
+//! The names of a text log's columns and their units: above the rows, in a row or in columns of
+//! their own.
+
+use super::layout::{Separator, split};
+use crate::study::channels::units::is_a_unit;
+
+/// The names, and the units below or within them; `names` are the last lines above the first row,
+/// from there upwards.
+pub(super) fn heading_and_units(
+    mut names: Vec<Vec<String>>,
+) -> (Option<Vec<String>>, Vec<Option<String>>) {
+    let units = match names.as_slice() {
+        [units, heading] if is_row_of_units(units) && !is_row_of_units(heading) => {
+            names.remove(0).into_iter().map(bare_unit).collect()
+        }
+        _ => Vec::new(),
+    };
+    let heading = names.into_iter().next();
+    let mut units: Vec<Option<String>> = units;
+    if let Some(names) = heading
+        .as_deref()
+        .filter(|names| units.is_empty() && is_of_units_alone(names))
+    {
+        units = names.iter().cloned().map(bare_unit).collect();
+    }
+    (heading, units)
+}
+
+/// Words at which a column holds the unit of the one before it in every row.
+const UNIT: [&str; 4] = ["unit", "einheit", "unidad", "unité"];
+
+/// Units with those that columns of their own state, as test stands write `Force,Unit`.
+pub(super) fn with_columns_of_units(
+    mut units: Vec<Option<String>>,
+    names: &[String],
+    body: &[&str],
+    separator: Separator,
+) -> Vec<Option<String>> {
+    let mut cells = Vec::new();
+    let mut stated = |place: usize| -> Option<String> {
+        let mut unit: Option<String> = None;
+        for line in body {
+            split(line, separator, &mut cells);
+            // A preface is shorter.
+            let Some(cell) = cells.get(place) else {
+                continue;
+            };
+            if !is_a_unit(cell) || unit.get_or_insert_with(|| (*cell).to_owned()) != cell {
+                return None;
+            }
+        }
+        unit
+    };
+    for (place, name) in names.iter().enumerate().skip(1) {
+        let name = name.to_lowercase();
+        if UNIT.iter().any(|word| name.starts_with(word))
+            && let Some(unit) = stated(place)
+        {
+            units.resize(units.len().max(place), None);
+            units[place - 1].get_or_insert(unit);
+        }
+    }
+    units
+}
+
+/// Names columns above which the heading is empty: by its unit where one stands there, and the
+/// first column by its place where its first numbers, `firsts`, are no count of the rows, as
+/// programs write it in front.
+pub(super) fn name_the_unnamed(names: &mut [String], units: &[Option<String>], firsts: &[f64]) {
+    let is_count = matches!(firsts, [a, b] if b - a == 1.0);
+    for (place, name) in names.iter_mut().enumerate().filter(|(_, n)| n.is_empty()) {
+        match units.get(place) {
+            Some(Some(unit)) => name.clone_from(unit),
+            _ if place == 0 && !is_count && !firsts.is_empty() => "c1".clone_into(name),
+            _ => {}
+        }
+    }
+}
+
+/// A comment right above the first row that has as many words as there are columns: how NumPy
+/// writes a heading.
+pub(super) fn commented_heading(
+    top: &[(usize, &str)],
+    first_line: usize,
+    columns: usize,
+    split_line: &dyn Fn(&str) -> Vec<String>,
+) -> Option<Vec<String>> {
+    let above = top.iter().take_while(|(number, _)| *number < first_line);
+    let (_, comment) = above.last()?;
+    let words = split_line(comment.trim_start().trim_start_matches(['#', '%', '/']));
+    (columns > 1 && words.len() == columns).then_some(words)
+}
+
+/// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has
+/// units of its own.
+fn is_row_of_units(cells: &[String]) -> bool {
+    let filled = cells.iter().filter(|c| !c.is_empty());
+    let units = |c: &&String| bracketed(c).is_some() || is_a_unit(c);
+    let known = filled.clone().filter(units).count();
+    known > 0 && 2 * known >= filled.count()
+}
+
+/// Whether names are nothing but units, of three columns or more, as `s,mm,N`; one letter each may
+/// be names as well.
+fn is_of_units_alone(names: &[String]) -> bool {
+    let unit = |name: &String| is_a_unit(bracketed(name).unwrap_or(name));
+    names.len() > 2 && names.iter().all(unit) && names.iter().any(|name| name.chars().count() > 1)
+}
+
+fn bracketed(cell: &str) -> Option<&str> {
+    let square = cell.strip_prefix('[').and_then(|c| c.strip_suffix(']'));
+    let round = cell.strip_prefix('(').and_then(|c| c.strip_suffix(')'));
+    square.or(round).map(str::trim)
+}
+
+fn bare_unit(cell: String) -> Option<String> {
+    let bare = bracketed(&cell).unwrap_or(&cell);
+    (!bare.is_empty()).then(|| bare.to_owned())
+}
