@@ -67,6 +67,15 @@ fn the_mistakes_of_a_first_day_are_told_with_their_cure_and_sound_rigs_are_left_
                 "the force is in kN",
             ),
             (
+                "force of one record",
+                {
+                    let mut study = sound.clone();
+                    times(&mut study.records.last_mut().unwrap().axes[0].force, -1.0);
+                    study
+                },
+                "counts the other way than that of another record",
+            ),
+            (
                 "accelerometer",
                 scaled(&sound, |c| times(c.acceleration.as_mut().unwrap(), -1.0)),
                 "scale = -1.0",

@@ -164,18 +164,23 @@ fn named(losses: Losses) {
     }
 }
 
-#[test]
-fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
-    let folder = tempfile::tempdir().unwrap();
-    let folder = folder.path();
-    let (stiffness, damping, cubic) = (900.0, 6.0, 4e6);
+/// Stiffness, damping and cubic stiffness of a body on a shaken base, per unit of its mass.
+const ON_BASE: [f64; 3] = [900.0, 6.0, 4e6];
+/// One that hardly follows its base.
+const ISOLATED: [f64; 3] = [60.0, 2.0, 8e4];
+
+/// Two logs of that body, each row made by `columns` of time, position of the base, of the body,
+/// and the accelerations of both.
+fn on_shaken_base(folder: &Path, law: [f64; 3], heading: &str, columns: fn([f64; 5]) -> String) {
+    let [stiffness, damping, cubic] = law;
     for (name, shift) in [("one", 0.2), ("two", 1.9)] {
-        let mut text = String::from("t,base,body,a\n");
+        let mut text = format!("{heading}\n");
         let ground = |t: f64| {
             let tones = [1.7, 3.1, 4.3, 5.9].map(|f| (TAU * f * t + shift * f).sin() / f);
             6e-3 * tones.iter().sum::<f64>()
         };
         let speed = |t: f64| (ground(t + 1e-5) - ground(t - 1e-5)) / 2e-5;
+        let shaken = |t: f64| (speed(t + 1e-4) - speed(t - 1e-4)) / 2e-4;
         let acceleration = |x: f64, v: f64, t: f64| {
             let apart = x - ground(t);
             -(stiffness * apart + cubic * apart.powi(3) + damping * (v - speed(t)))
@@ -185,7 +190,8 @@ fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
             let t = f64::from(row) / RATE_HZ;
             let body = state[0] + 1e-7 * noise(row, shift);
             let a = acceleration(state[0], state[1], t) + 1e-3 * noise(row, 3.0 * shift);
-            writeln!(text, "{t:.4},{:.9},{body:.9},{a:.6}", ground(t)).unwrap();
+            let of_base = shaken(t) + 1e-3 * noise(row, 5.0 * shift);
+            writeln!(text, "{}", columns([t, ground(t), body, a, of_base])).unwrap();
             for part in 0..5 {
                 let dt = 0.2 / RATE_HZ;
                 state = step(state, t + f64::from(part) * dt, dt, &acceleration);
@@ -193,6 +199,29 @@ fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
         }
         fs::write(folder.join(format!("{name}.csv")), text).unwrap();
     }
+}
+
+/// Values of a model's effects against those of the body on a shaken base.
+fn assert_on_base(folder: &Path, law: [f64; 3], tolerance: f64) {
+    let model = read(folder, "added.json");
+    let value = |at: usize| {
+        model["effects"][at]["parameters"][0]["value"]
+            .as_f64()
+            .unwrap()
+    };
+    for (at, truth) in law.into_iter().enumerate() {
+        let off = value(at) / truth - 1.0;
+        assert!(off.abs() < tolerance, "term {at} is off by {off}: {model}");
+    }
+}
+
+#[test]
+fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    on_shaken_base(folder, ON_BASE, "t,base,body,a", |[t, base, body, a, _]| {
+        format!("{t:.4},{base:.9},{body:.9},{a:.6}")
+    });
     let text = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"body\", \"base\"]\n\
                 body_position = \"body\"\nacceleration = \"a\"\nforce = 0\ninertia = 1\n\
                 [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
@@ -223,15 +252,83 @@ fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
             "added.json",
         ],
     );
-    let model = read(folder, "added.json");
-    let value = |at: usize| {
-        model["effects"][at]["parameters"][0]["value"]
-            .as_f64()
-            .unwrap()
-    };
-    for (at, truth) in [stiffness, damping, cubic].into_iter().enumerate() {
-        let off = value(at) / truth - 1.0;
-        assert!(off.abs() < 0.03, "term {at} is off by {off}: {model}");
+    assert_on_base(folder, ON_BASE, 0.03);
+}
+
+/// A log of a shaken base: the body's law, its heading, its rows, and what study.toml has to hold.
+type Logged = (
+    [f64; 3],
+    &'static str,
+    fn([f64; 5]) -> String,
+    &'static [&'static str],
+);
+
+#[test]
+fn a_shaken_base_is_drafted_from_whatever_was_logged() {
+    let logged: [Logged; 4] = [
+        (
+            ON_BASE,
+            "t,x_base [m],x_body [m]",
+            |[t, base, body, ..]| format!("{t:.4},{base:.9},{body:.9}"),
+            &[
+                "is a base that is shaken",
+                "displacement = [{ column = \"x_base [m]\", unit = \"m\" }, { column = \"x_body [m]\", unit = \"m\" }]",
+            ],
+        ),
+        (
+            ON_BASE,
+            "t,drift [mm],a [m/s^2]",
+            |[t, base, body, a, _]| format!("{t:.4},{:.6},{a:.6}", 1e3 * (body - base)),
+            &[
+                "displacement = { column = \"drift [mm]\", unit = \"mm\" }",
+                "acceleration = { column = \"a [m/s^2]\"",
+            ],
+        ),
+        (
+            ISOLATED,
+            "t,drift [mm],a [m/s^2]",
+            |[t, base, body, a, _]| format!("{t:.4},{:.6},{a:.6}", 1e3 * (base - body)),
+            &[
+                "displacement = { column = \"drift [mm]\", unit = \"mm\" }",
+                "is no second derivative of \"drift [mm]\"",
+                "restoring_force = \"inertia_minus_force\"",
+                "acceleration = { column = \"a [m/s^2]\"",
+            ],
+        ),
+        (
+            ON_BASE,
+            "t,a1 [m/s^2],a2 [m/s^2]",
+            |[t, _, _, a, of_base]| format!("{t:.4},{of_base:.6},{a:.6}"),
+            &[
+                "is a base that is shaken",
+                "integrate_above_hz",
+                "acceleration = { column = \"a2 [m/s^2]\"",
+            ],
+        ),
+    ];
+    for (law, heading, rows, held) in logged {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        on_shaken_base(folder, law, heading, rows);
+        let files = ["init", "--yes", "one.csv", "two.csv"];
+        let said = succeed(folder, &[&files[..], &["--column", "force=0"]].concat());
+        let study = said + &fs::read_to_string(folder.join("study.toml")).unwrap();
+        for held in held {
+            assert!(study.contains(held), "{held} is not in {study}");
+        }
+        succeed(folder, &IDENTIFY);
+        succeed(
+            folder,
+            &[
+                "diagnose",
+                "study.toml",
+                "model.json",
+                "--apply",
+                "-o",
+                "added.json",
+            ],
+        );
+        assert_on_base(folder, law, 0.1);
     }
 }
 

@@ -52,8 +52,8 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
         ),
         Quantity::Displacement(Translation) => (
             &[
-                "x", "y", "z", "d", "s", "q", "qm", "disp", "dist", "pos", "weg", "hub", "lvdt",
-                "u",
+                "x", "y", "z", "d", "s", "q", "qm", "disp", "dist", "drift", "pos", "weg", "hub",
+                "lvdt", "u",
             ],
             &[
                 "displ",
@@ -227,7 +227,8 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
     };
     Named {
         time,
-        current: among(&CURRENTS) && !commanded,
+        // Behind another word an i is an index.
+        current: (among(&CURRENTS) || tokens.first().is_some_and(|t| t == "i")) && !commanded,
         position: among(&POSITIONS) && !commanded,
         quantities: QUANTITIES
             .into_iter()

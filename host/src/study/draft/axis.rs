@@ -61,7 +61,10 @@ fn only_current<'a>(survey: &'a Survey, said: &Said) -> Option<&'a SurveyedColum
     if said.column("force").is_some() || survey.columns.iter().any(of_force) {
         return None;
     }
-    let mut currents = survey.columns.iter().filter(|c| is_current(c));
+    // An `i` may count the rows.
+    let counts = |c: &SurveyedColumn| c.values.windows(2).all(|w| w[1] > w[0]);
+    let currents = survey.columns.iter().filter(|c| is_current(c));
+    let mut currents = currents.filter(|c| !counts(c));
     currents
         .next()
         .filter(|c| currents.next().is_none() && c.missing == 0 && c.rms > 0.0)
@@ -136,7 +139,7 @@ pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said)
     let instead = match missing {
         "force" => {
             "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
-             --column force=0 where none is applied, as in a free decay"
+             --column force=0 where none is applied, as in a free decay or on a shaken base"
         }
         _ => "",
     };

@@ -1,14 +1,16 @@
-//! The axis of a log in which nothing is applied, as in a free decay.
+//! The axis of a log in which nothing is applied, as in a free decay or on a shaken base.
 
 use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft, velocity_of};
-use super::parts::{DraftAxis, Log, Said};
-use super::trial::{DERIVATIVE, FAR, Parts, accelerometer, relative};
+use super::parts::{DraftAxis, Log, Said, factor};
+use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use crate::study::channels::units::Quantity;
-use crate::study::survey::extent;
+use crate::study::check::kinematics::{alike, clear_lag, motion};
+use crate::study::check::linear::{Fitted, Linear};
+use crate::study::survey::{SurveyedColumn, extent};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::Result;
 
-/// The axis that the first displacement makes alone.
+/// The axis of the joint that accelerates a body by itself.
 ///
 /// # Errors
 /// A column that the user named wrongly, or no displacement that all logs have.
@@ -25,35 +27,161 @@ pub(super) fn free_axis(
         return Err(nothing_to_draft(logs[0].survey, time, said));
     };
     parts.keep_common(logs, said)?;
-    let axis = of_displacement(logs, &parts, kind, said, findings);
+    let swings = swings(logs, &parts, kind, said);
+    let axis = chosen(&swings).and_then(|swing| axis_of(logs, swing, &parts, kind, said, findings));
     axis.ok_or_else(|| nothing_to_draft(logs[0].survey, time, said))
 }
 
-fn of_displacement(
+/// A body and what it swings on.
+struct Swing<'a> {
+    body: &'a SurveyedColumn,
+    /// What is shaken under the body, where that was logged.
+    base: Option<&'a SurveyedColumn>,
+    acceleration: Option<&'a SurveyedColumn>,
+    /// −1 where the accelerometer counts against the body's position.
+    sign: f64,
+    /// Whether the acceleration is the second derivative of the body's position; else the position is one
+    /// relative to a base that nobody logged.
+    is_own: bool,
+    /// The acceleration by velocity, displacement and direction; nothing where too few rows are
+    /// there.
+    fitted: Option<Fitted>,
+}
+
+impl Swing<'_> {
+    fn is_on_shaken_base(&self) -> bool {
+        self.base.is_some() || !self.is_own
+    }
+
+    /// By what the acceleration follows the displacement or, where no spring shows, the velocity.
+    fn slope(&self) -> Option<f64> {
+        let fitted = self.fitted.as_ref()?;
+        let surest = [1, 0].into_iter().find(|&of| fitted.sure(of))?;
+        Some(self.sign * fitted.coefficients[surest])
+    }
+
+    fn rest(&self) -> f64 {
+        self.fitted.as_ref().map_or(f64::INFINITY, |f| f.rest)
+    }
+}
+
+/// Every body that may swing, the likeliest on a base at rest first.
+fn swings<'a>(logs: &[Log<'_>], parts: &Parts<'a>, kind: AxisKind, said: &Said) -> Vec<Swing<'a>> {
+    let kinds = (kind, parts);
+    let mut swings = Vec::new();
+    for body in &parts.displacement {
+        let Some(position) = relative(&logs[0], body, None, kinds) else {
+            continue;
+        };
+        let own = accelerometer(&logs[0], &position, parts);
+        let own = own.filter(|(a, l)| {
+            // Where units are stated the size has to be right as well.
+            let stated = a.unit.is_some() && body.unit.is_some();
+            let gain = (l.gain * factor(a, Quantity::Acceleration(kind))).abs();
+            let of_size = (BETTER..BETTER.recip()).contains(&gain);
+            l.correlation.abs() > DERIVATIVE && (of_size || !stated)
+        });
+        let sign = own.as_ref().map_or(1.0, |(_, l)| l.gain.signum());
+        let own = own.map(|(a, _)| a);
+        let others = parts.acceleration.iter().copied();
+        let others = others.filter(|a| Some(&a.name) != own.map(|o| &o.name));
+        // A column that the user named is the acceleration.
+        let named = said.column("acceleration").is_some();
+        let alone = (!named || own.is_some()).then_some((None, own, true));
+        let on_unlogged = others.map(|a| (None, Some(a), false));
+        let bases = parts.displacement.iter().copied();
+        let bases = bases.filter(|c| c.name != body.name && !parts.are_velocities());
+        let on_logged = bases
+            .filter(|_| !named || own.is_some())
+            .map(|base| (Some(base), own, true));
+        let all = alone.into_iter().chain(on_unlogged).chain(on_logged);
+        swings.extend(all.map(|(base, acceleration, is_own)| Swing {
+            fitted: fitted(logs, (body, base), acceleration, kinds),
+            body,
+            base,
+            acceleration,
+            sign: if is_own { sign } else { 1.0 },
+            is_own,
+        }));
+    }
+    swings
+}
+
+/// The likeliest body on a base at rest, unless another one is explained clearly better.
+fn chosen<'s, 'a>(swings: &'s [Swing<'a>]) -> Option<&'s Swing<'a>> {
+    let first = swings.iter().find(|s| !s.is_on_shaken_base());
+    let best = swings
+        .iter()
+        .filter(|s| s.is_on_shaken_base())
+        // Between two bodies what is pushed is the one that is drawn back.
+        .filter(|s| {
+            s.slope()
+                .is_some_and(|slope| s.base.is_none() || slope < 0.0)
+        })
+        .min_by(|a, b| a.rest().total_cmp(&b.rest()));
+    match (first, best) {
+        (Some(first), Some(best)) if best.rest() < BETTER * first.rest() => Some(best),
+        (first, best) => first.or(best).or(swings.first()),
+    }
+}
+
+/// Fits the acceleration of a body by relative velocity, displacement and direction over all logs.
+fn fitted(
     logs: &[Log<'_>],
+    (body, base): (&SurveyedColumn, Option<&SurveyedColumn>),
+    acceleration: Option<&SurveyedColumn>,
+    (kind, parts): (AxisKind, &Parts<'_>),
+) -> Option<Fitted> {
+    let mut fit = Linear::new(3);
+    for log in logs {
+        let of_body = relative(log, body, None, (kind, parts))?;
+        let x = relative(log, body, base, (kind, parts))?;
+        let lag = clear_lag(&of_body).max(2);
+        let a = match acceleration {
+            Some(a) => alike(&log.si(&a.name, Quantity::Acceleration(kind))?, lag),
+            None => motion(&of_body, lag, log.rate_hz)[2].clone(),
+        };
+        let [x, v, _] = motion(&x, lag, log.rate_hz);
+        let direction: Vec<f64> = v.iter().map(|v| v.signum()).collect();
+        fit.add(&[&v, &x, &direction], &a, 8);
+    }
+    fit.solve()
+}
+
+/// Turns a body into an axis.
+fn axis_of(
+    logs: &[Log<'_>],
+    swing: &Swing<'_>,
     parts: &Parts<'_>,
     kind: AxisKind,
     said: &Said,
     findings: &mut Vec<String>,
 ) -> Option<DraftAxis> {
-    let first = *parts.displacement.first()?;
     let log = &logs[0];
-    let x = relative(log, first, None, (kind, parts))?;
-    let acceleration = accelerometer(log, &x, parts);
-    let acceleration = acceleration.filter(|(_, l)| l.correlation.abs() > DERIVATIVE);
+    let x = relative(log, swing.body, None, (kind, parts))?;
     let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
-    let acceleration = acceleration.map(|(a, likeness)| {
+    let acceleration = swing.acceleration.map(|a| {
         let mut found = channel(a, Quantity::Acceleration(kind));
-        found.scale = likeness.gain.signum();
-        found.guessed |= likeness.gain < 0.0;
+        found.scale = swing.sign;
+        found.guessed |= swing.sign < 0.0;
         found
     });
-    let velocity = velocity_of(log, parts, (first, None), kind, said);
+    // Of two columns the body's is subtracted.
+    let (first, second) = match swing.base {
+        Some(base) => (base, Some(swing.body)),
+        None => (swing.body, None),
+    };
+    let velocity = velocity_of(log, parts, (first, second), kind, said);
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let position = parts.logged(kind);
-    let displacement = (!parts.are_velocities()).then(|| channel(first, position));
+    let positions = std::iter::once(first).chain(second);
+    let positions = positions.filter(|_| !parts.are_velocities());
+    let displacement: Vec<_> = positions.map(|c| channel(c, position)).collect();
+    let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
+    let body_position = body_position.cloned();
     let [low, high] = extent(x.iter().copied());
     let weighs = kind == AxisKind::Rotation && high - low > FAR;
+    findings.extend(shaken(swing));
     if said.inertia.is_none() {
         findings.push(
             "nothing is applied, so every force is one per unit of inertia until you write the inertia in the place of 1".into(),
@@ -62,15 +190,35 @@ fn of_displacement(
     Some(DraftAxis {
         name: name_of(kind).into(),
         kind,
-        displacement: displacement.into_iter().collect(),
+        displacement,
         integrate_above_hz: parts.above_hz(),
         velocity,
-        body_position: None,
+        body_position,
         acceleration,
         force: None,
         inertia: Some(said.inertia.unwrap_or(1.0)),
         inertia_seen: None,
-        restoring_force: Convention::ForceMinusInertia,
+        restoring_force: match second.is_some() || (!swing.is_own && swing.slope() > Some(0.0)) {
+            true => Convention::InertiaMinusForce,
+            false => Convention::ForceMinusInertia,
+        },
         base: vec![if weighs { "gravity" } else { "stiffness" }, "viscous"],
     })
+}
+
+/// What is said of a base that is shaken.
+fn shaken(swing: &Swing<'_>) -> Option<String> {
+    let body = &swing.body.name;
+    match (swing.base, swing.acceleration) {
+        (Some(base), _) => Some(format!(
+            "a spring and a damper between {body:?} and {:?} explain the motion best, so the latter is a base that is shaken",
+            base.name
+        )),
+        (None, Some(a)) if !swing.is_own => Some(format!(
+            "{:?} is no second derivative of {body:?}, so it is taken for the acceleration of a body on a shaken base, which {body:?} is \
+             measured from",
+            a.name
+        )),
+        _ => None,
+    }
 }

@@ -6,14 +6,14 @@
 //! positive and its known value, and a passive joint takes energy out. What a joint does beyond
 //! that (friction, clearance, hysteresis, a late channel) fires none of them.
 
+mod force;
 mod slips;
 
-use super::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
-use super::check::linear::{Fitted, Linear};
+use super::check::kinematics::{Likeness, clear_lag, derivative_likeness, motion};
 use super::description::{ChannelTable, Description, Source};
 use super::survey::range;
-use super::{AxisKind, Channels, Convention, Study};
-use slips::{ANGULAR_SLIPS, Cure, FORCE_SLIPS, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
+use super::{AxisKind, Channels, Convention, Record, Study};
+use slips::{ANGULAR_SLIPS, Cure, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 
 /// Limits of the checks, each set by the thirty simulated rigs and the measured studies of
 /// `tests/tests/logs/first_day.rs`.
@@ -132,14 +132,14 @@ impl Axis<'_> {
     }
 
     /// The records in which the axis moves, the liveliest first.
-    fn moving(&self) -> Vec<&Channels> {
-        let mut all: Vec<(f64, &Channels)> = self
+    fn moving_records(&self) -> Vec<&Record> {
+        let mut all: Vec<(f64, &Record)> = self
             .study
             .records
             .iter()
             .map(|record| {
                 let channels = &record.axes[self.index];
-                (deviation(&channels.relative_displacement()), channels)
+                (deviation(&channels.relative_displacement()), record)
             })
             .collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -147,7 +147,13 @@ impl Axis<'_> {
         let moving = all
             .into_iter()
             .filter(|(size, _)| *size > 0.0 && *size >= LIMITS.moves * most);
-        moving.map(|(_, channels)| channels).collect()
+        moving.map(|(_, record)| record).collect()
+    }
+
+    /// The axis's channels in them.
+    fn moving(&self) -> Vec<&Channels> {
+        let records = self.moving_records().into_iter();
+        records.map(|record| &record.axes[self.index]).collect()
     }
 
     fn acceleration(&self) -> Option<String> {
@@ -338,97 +344,6 @@ impl Axis<'_> {
                 angle / std::f64::consts::TAU
             )
         })
-    }
-
-    /// Sign and unit of the force, by the mass, damping and stiffness that it shows.
-    fn force(&self) -> Option<String> {
-        let axis = self.axis();
-        let no_inertia = axis.inertia == Some(0.0);
-        let mut fit = Linear::new(if no_inertia { 2 } else { 3 });
-        let blocks = 24_usize.div_ceil(self.moving().len().max(1));
-        for channels in self.moving() {
-            let x = channels.relative_displacement();
-            let body = channels.body_position.as_ref().unwrap_or(&x);
-            let lag = clear_lag(body).max(2);
-            let rate = self.study.sample_rate_hz;
-            let [x, v, _] = motion(&x, lag, rate);
-            let a = match &channels.acceleration {
-                Some(logged) => alike(logged, lag),
-                None => {
-                    // What is derived is that of the body, against which a single column may count.
-                    motion(body, lag, rate)[2].clone()
-                }
-            };
-            let force = alike(&channels.force, lag);
-            match no_inertia {
-                true => fit.add(&[&v, &x], &force, blocks),
-                false => fit.add(&[&v, &x, &a], &force, blocks),
-            }
-        }
-        let fitted = fit.solve()?;
-        self.force_sentence(&fitted, no_inertia)
-    }
-
-    fn force_sentence(&self, fitted: &Fitted, no_inertia: bool) -> Option<String> {
-        let axis = self.axis();
-        let column = &self.columns.force;
-        let sign = axis.restoring_force.sign();
-        let [damping, stiffness] = [0, 1].map(|i| sign * fitted.coefficients[i]);
-        let mass = (!no_inertia && fitted.sure(2)).then(|| fitted.coefficients[2]);
-        let gains_energy = fitted.sure(0) && damping < 0.0;
-        let pushes_away = fitted.sure(1) && stiffness < 0.0;
-        let other = match axis.restoring_force {
-            Convention::ForceMinusInertia => "inertia_minus_force",
-            Convention::InertiaMinusForce => "force_minus_inertia",
-        };
-        let name = &axis.name;
-        if let Some(mass) = mass
-            && mass < 0.0
-        {
-            return Some(format!(
-                "axis {name}: the force (column \"{column}\") acts against the acceleration, as if the body's mass were {mass:.3} {}: \
-                 its sign is turned; write force = {{ column = \"{column}\", scale = -1.0 }}, keeping its unit",
-                axis.kind.inertia_unit()
-            ));
-        }
-        let large = fitted.shares[0] > LIMITS.large;
-        if gains_energy && (pushes_away || !fitted.sure(1) && large) {
-            return Some(format!(
-                "axis {name}: by these signs the joint gives out energy and pushes away from rest, which a passive joint does not: the \
-                 force (column \"{column}\") or the displacement (column \"{}\") counts the other way; write restoring_force = \
-                 \"{other}\", or turn one of them with scale = -1.0",
-                self.columns.displacement
-            ));
-        }
-        let (Some(mass), Some(stated)) = (mass, axis.inertia) else {
-            return None;
-        };
-        let ratio = mass / stated;
-        if (LIMITS.mass..1.0 / LIMITS.mass).contains(&ratio) {
-            return None;
-        }
-        let off = |slip: &&(f64, &str)| (ratio / slip.0).ln().abs();
-        let nearest = FORCE_SLIPS.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-        let kind = axis.kind;
-        let unit = nearest
-            .filter(|slip| off(slip) < 2.0 * (1.0 / LIMITS.mass).ln().min(0.5))
-            .map(|(_, unit)| match (kind, *unit) {
-                (AxisKind::Translation, unit) => unit,
-                (AxisKind::Rotation, "kN") => "kN*m",
-                (AxisKind::Rotation, "mN") => "mN*m",
-                (AxisKind::Rotation, _) => "lbf*in",
-            });
-        let cause = match unit {
-            Some(unit) => format!(
-                "probably the force is in {unit}; write force = {{ column = \"{column}\", unit = {unit:?} }}, or correct inertia"
-            ),
-            None => "correct the unit of force or inertia".to_owned(),
-        };
-        Some(format!(
-            "axis {name}: the force (column \"{column}\") moves a mass of {mass:.3e} {unit} where study.toml states inertia = {stated}: \
-             {cause}",
-            unit = kind.inertia_unit()
-        ))
     }
 }
 

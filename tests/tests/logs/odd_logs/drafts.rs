@@ -3,6 +3,7 @@
 use super::{RATE, assert_near, init, motion, refused, text, values};
 use jointwatch::study::Study;
 use jointwatch_tests::program::succeed;
+use std::fmt::Write as _;
 use std::fs;
 use tempfile::TempDir;
 
@@ -146,4 +147,38 @@ fn a_lone_current_is_the_force_by_its_name_and_degrees_without_a_unit_are_asked_
     fs::write(&path, stated).unwrap();
     let said = succeed(folder.path(), &["identify", ".", "--model", "physical"]);
     assert!(!said.contains("if these are degrees"), "{said}");
+}
+
+/// A robot's own log, and the file of a stand for springs: units in columns of their own, words
+/// among the numbers, a summary above.
+#[test]
+fn an_axis_by_its_number_and_a_unit_in_a_column_of_its_own_are_understood() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,q6,dq6,i6,i_des6", |t| {
+        let [x, v, _] = motion(t);
+        [t, x, v, 0.4 * x + 0.2 * v, 0.5 * x]
+    });
+    fs::write(folder.path().join("robot.csv"), log).unwrap();
+    let study = init(&folder, &["robot.csv"]);
+    assert!(study.contains("force = \"i6\""), "{study}");
+    let folder = TempDir::new().unwrap();
+    let mut log = String::from(
+        "Maximum,197.6,gf,,No.1181\nAverage,51.99\n\nNo.,Force,Unit,Displacement,Unit,Judge,Date,\n",
+    );
+    for row in 0..1000 {
+        let [x, v, _] = motion(f64::from(row) / RATE);
+        let force = 120.0 * x + 15.0 * v.signum();
+        writeln!(log, "{row},{force:.4},gf,{x:.5},mm,OK,3/4/2025,").unwrap();
+    }
+    fs::write(folder.path().join("stand.csv"), log).unwrap();
+    let words = ["init", "--yes", "stand.csv", "--column", "time=none"];
+    succeed(folder.path(), &words);
+    let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+    for held in [
+        "displacement = { column = \"Displacement\", unit = \"mm\" }",
+        "force = { column = \"Force\", unit = \"gf\" }",
+    ] {
+        assert!(study.contains(held), "{held} is not in {study}");
+    }
+    succeed(folder.path(), &["identify", ".", "--model", "physical"]);
 }

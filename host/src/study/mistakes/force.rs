@@ -1,0 +1,144 @@
+//! Sign and unit of the force, by the mass, damping and stiffness that it shows.
+
+use super::slips::FORCE_SLIPS;
+use super::{Axis, LIMITS};
+use crate::study::check::kinematics::{alike, clear_lag, motion};
+use crate::study::check::linear::{Fitted, Linear};
+use crate::study::{AxisKind, Channels, Convention};
+
+/// Blocks of rows of all records together, and of each alone.
+const BLOCKS: usize = 24;
+
+impl Axis<'_> {
+    /// What the force of one record says against the others, else that of all together.
+    pub(super) fn force(&self) -> Option<String> {
+        self.turned_record().or_else(|| {
+            let moving = self.moving();
+            let blocks = BLOCKS.div_ceil(moving.len().max(1));
+            self.force_sentence(&self.fitted(&moving, blocks)?)
+        })
+    }
+
+    /// Force by velocity, displacement and acceleration, without the latter where the force is the
+    /// joint's own.
+    fn fitted(&self, records: &[&Channels], blocks: usize) -> Option<Fitted> {
+        let no_inertia = self.has_no_inertia();
+        let mut fit = Linear::new(if no_inertia { 2 } else { 3 });
+        for channels in records {
+            let x = channels.relative_displacement();
+            let body = channels.body_position.as_ref().unwrap_or(&x);
+            let lag = clear_lag(body).max(2);
+            let rate = self.study.sample_rate_hz;
+            let [x, v, _] = motion(&x, lag, rate);
+            let a = match &channels.acceleration {
+                Some(logged) => alike(logged, lag),
+                // What is derived is that of the body, against which a single column may count.
+                None => motion(body, lag, rate)[2].clone(),
+            };
+            let force = alike(&channels.force, lag);
+            match no_inertia {
+                true => fit.add(&[&v, &x], &force, blocks),
+                false => fit.add(&[&v, &x, &a], &force, blocks),
+            }
+        }
+        fit.solve()
+    }
+
+    fn has_no_inertia(&self) -> bool {
+        self.axis().inertia == Some(0.0)
+    }
+
+    /// A record whose force counts the other way than that of another one, by the body's mass or
+    /// the energy that the joint takes in.
+    fn turned_record(&self) -> Option<String> {
+        let axis = self.axis();
+        let sign = axis.restoring_force.sign();
+        let (mut right, mut turned) = (false, None);
+        for record in self.moving_records() {
+            let Some(fitted) = self.fitted(&[&record.axes[self.index]], BLOCKS) else {
+                continue;
+            };
+            let is_right = match fitted.coefficients.get(2) {
+                Some(mass) if fitted.sure(2) => *mass > 0.0,
+                // No lateness of a channel turns so large a share.
+                _ if fitted.sure(0) && fitted.shares[0] > LIMITS.large => {
+                    sign * fitted.coefficients[0] > 0.0
+                }
+                _ => continue,
+            };
+            match is_right {
+                true => right = true,
+                false => turned = turned.or(Some(&record.file)),
+            }
+        }
+        let file = turned.filter(|_| right)?;
+        Some(format!(
+            "axis {}: the force (column \"{}\") of {file} counts the other way than that of another record, as if a mass were negative or the \
+             joint gave out energy there: turn its sign, or the displacement's (column \"{}\"), in that file",
+            axis.name, self.columns.force, self.columns.displacement
+        ))
+    }
+
+    /// What is told of all records together.
+    fn force_sentence(&self, fitted: &Fitted) -> Option<String> {
+        let axis = self.axis();
+        let column = &self.columns.force;
+        let sign = axis.restoring_force.sign();
+        let [damping, stiffness] = [0, 1].map(|i| sign * fitted.coefficients[i]);
+        let mass = (!self.has_no_inertia() && fitted.sure(2)).then(|| fitted.coefficients[2]);
+        let gains_energy = fitted.sure(0) && damping < 0.0;
+        let pushes_away = fitted.sure(1) && stiffness < 0.0;
+        let other = match axis.restoring_force {
+            Convention::ForceMinusInertia => "inertia_minus_force",
+            Convention::InertiaMinusForce => "force_minus_inertia",
+        };
+        let name = &axis.name;
+        if let Some(mass) = mass
+            && mass < 0.0
+        {
+            return Some(format!(
+                "axis {name}: the force (column \"{column}\") acts against the acceleration, as if the body's mass were {mass:.3} {}: \
+                 its sign is turned; write force = {{ column = \"{column}\", scale = -1.0 }}, keeping its unit",
+                axis.kind.inertia_unit()
+            ));
+        }
+        let large = fitted.shares[0] > LIMITS.large;
+        if gains_energy && (pushes_away || !fitted.sure(1) && large) {
+            return Some(format!(
+                "axis {name}: by these signs the joint gives out energy and pushes away from rest, which a passive joint does not: the \
+                 force (column \"{column}\") or the displacement (column \"{}\") counts the other way; write restoring_force = \
+                 \"{other}\", or turn one of them with scale = -1.0",
+                self.columns.displacement
+            ));
+        }
+        let (Some(mass), Some(stated)) = (mass, axis.inertia) else {
+            return None;
+        };
+        let ratio = mass / stated;
+        if (LIMITS.mass..1.0 / LIMITS.mass).contains(&ratio) {
+            return None;
+        }
+        let off = |slip: &&(f64, &str)| (ratio / slip.0).ln().abs();
+        let nearest = FORCE_SLIPS.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        let kind = axis.kind;
+        let unit = nearest
+            .filter(|slip| off(slip) < 2.0 * (1.0 / LIMITS.mass).ln().min(0.5))
+            .map(|(_, unit)| match (kind, *unit) {
+                (AxisKind::Translation, unit) => unit,
+                (AxisKind::Rotation, "kN") => "kN*m",
+                (AxisKind::Rotation, "mN") => "mN*m",
+                (AxisKind::Rotation, _) => "lbf*in",
+            });
+        let cause = match unit {
+            Some(unit) => format!(
+                "probably the force is in {unit}; write force = {{ column = \"{column}\", unit = {unit:?} }}, or correct inertia"
+            ),
+            None => "correct the unit of force or inertia".to_owned(),
+        };
+        Some(format!(
+            "axis {name}: the force (column \"{column}\") moves a mass of {mass:.3e} {unit} where study.toml states inertia = {stated}: \
+             {cause}",
+            unit = kind.inertia_unit()
+        ))
+    }
+}
