@@ -25,6 +25,11 @@ const BOUND: f64 = 3.0;
 /// may imitate it.
 const IMITATES: f64 = 0.2;
 
+/// Mean log error power by which a law is better than another in its place, however little it
+/// explains: it leaves half of the error power. That is less than what it takes to add one: a
+/// second effect imitates whatever the first is wrong by.
+const IN_PLACE: f64 = std::f64::consts::LN_2;
+
 /// Mean and its standard error.
 pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len().max(1) as f64;
@@ -101,52 +106,54 @@ impl<'a> Rivals<'a> {
     }
 
     /// Those that lose to the best by no more than chance, or by less than every model of a real
-    /// joint is wrong by; with blocks weighted.
+    /// joint is wrong by, unless it is clearly better; with blocks weighted.
     pub(crate) fn good(&self, weights: &[f64]) -> Vec<usize> {
         let all = 0..self.errors.len();
         let means: Vec<f64> = all.clone().map(|at| self.mean(at, weights)).collect();
         let Some(best) = all.clone().min_by(|a, b| means[*a].total_cmp(&means[*b])) else {
             return Vec::new();
         };
-        let of = |at: usize| (self.errors[at], self.powers[at]);
-        all.filter(|&at| self.is_as_good(of(at), of(best), weights))
+        all.filter(|&at| self.is_as_good(self.judged(at), self.judged(best), weights))
             .collect()
     }
 
-    /// Whether a set, given by its log errors and the power that it leaves, loses no more than that
-    /// to another one.
-    fn is_as_good(
-        &self,
-        (errors, power): (&[f64], f64),
-        (others, other_power): (&[f64], f64),
-        weights: &[f64],
-    ) -> bool {
+    fn judged(&self, at: usize) -> Judged<'a> {
+        Judged {
+            errors: self.errors[at],
+            power: self.powers[at],
+            effects: self.sets[at].len(),
+        }
+    }
+
+    /// Whether a set loses no more than that to another one.
+    fn is_as_good(&self, set: Judged<'_>, other: Judged<'_>, weights: &[f64]) -> bool {
         let whole: f64 = weights.iter().sum();
-        let behind = falls(errors, others);
+        let behind = falls(set.errors, other.errors);
         let mean = weighted(&behind, weights) / whole;
         let pairs = behind.iter().zip(weights);
         let square: f64 = pairs.map(|(b, w)| w * (b - mean).powi(2)).sum();
         let chance = (square / whole / whole)
             .sqrt()
             .max(CRITERIA.least_difference);
-        let small = power - other_power < self.least_share.powi(2);
-        mean <= chance || (small && mean < CRITERIA.clearly)
+        let small = set.power - other.power < self.least_share.powi(2);
+        let in_place = set.effects > 0 && set.effects == other.effects;
+        let clearly = if in_place { IN_PLACE } else { CRITERIA.clearly };
+        mean <= chance || (small && mean < clearly)
     }
 
     /// Whether what was looked at loses no more than that to `other`.
     pub(crate) fn keeps_up(&self, looked: &Looked, other: &Looked) -> bool {
-        let [looked, other] = [looked, other].map(of_blocks);
-        self.is_as_good(looked, other, &vec![1.0; other.0.len()])
+        let [looked, other] = [looked, other].map(Judged::of);
+        self.is_as_good(looked, other, &vec![1.0; other.errors.len()])
     }
 
     /// The sets that are as good as this one and have fewer numbers, the simplest first.
     pub(crate) fn simpler(&self, than: &Looked) -> Vec<usize> {
-        let other = of_blocks(than);
-        let weights = vec![1.0; other.0.len()];
+        let other = Judged::of(than);
+        let weights = vec![1.0; other.errors.len()];
         let fewer = (0..self.errors.len()).filter(|&at| self.numbers[at] < than.score.numbers);
-        let of = |at: usize| (self.errors[at], self.powers[at]);
         let mut good: Vec<usize> = fewer
-            .filter(|&at| self.is_as_good(of(at), other, &weights))
+            .filter(|&at| self.is_as_good(self.judged(at), other, &weights))
             .collect();
         good.sort_by(|a, b| self.by_simplicity(*a, *b, &weights));
         good
@@ -197,9 +204,23 @@ impl<'a> Rivals<'a> {
     }
 }
 
-/// Log errors of what was looked at, and the power that it leaves.
-fn of_blocks(looked: &Looked) -> (&[f64], f64) {
-    (&looked.score.log_errors, looked.score.error.powi(2))
+/// What a set of effects is judged by.
+#[derive(Clone, Copy)]
+struct Judged<'a> {
+    errors: &'a [f64],
+    /// Power that it leaves.
+    power: f64,
+    effects: usize,
+}
+
+impl<'a> Judged<'a> {
+    fn of(looked: &'a Looked) -> Self {
+        Self {
+            errors: &looked.score.log_errors,
+            power: looked.score.error.powi(2),
+            effects: looked.hypothesis.added().len(),
+        }
+    }
 }
 
 /// Σ of values with their weights.
@@ -365,6 +386,15 @@ mod tests {
         // Two numbers more: a quarter of the part.
         let parts = clear.parts(&good);
         assert!((parts[0].1 - 0.8).abs() < 1e-12 && (parts[1].1 - 0.2).abs() < 1e-12);
+        // What explains little more than another law takes its place where it leaves half of the
+        // error power, and is not added to it before it leaves a third of the error.
+        let better: Vec<f64> = law.iter().map(|e| e - 0.8).collect();
+        let mut close = rivals(&[leak(&base), leak(&law), leak(&better)]);
+        close.powers = vec![1.0, 1e-5, 1e-6];
+        assert_eq!(close.good(&alike), [2]);
+        let both = vec![bound("dahl"), bound("bouc_wen")];
+        close.sets[2] = both.leak();
+        assert_eq!(close.good(&alike), [1, 2]);
         // With nothing to be gained, nothing is added, and nothing else has a part.
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
         let none = rivals(&[leak(&base), leak(&same), leak(&same)]);
