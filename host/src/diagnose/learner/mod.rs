@@ -9,6 +9,7 @@
 
 pub(super) mod smooth;
 
+use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::Column;
 use crate::diagnose::search::score::NO_POWER;
@@ -201,7 +202,7 @@ impl Inputs {
                     let columns = design.iter().zip(factors);
                     bench.measured[row] - columns.map(|(c, f)| f * c.data[row]).sum::<f64>()
                 });
-                left.collect()
+                self.without_small_zeros(bench, left.collect())
             })
             .collect();
         Left {
@@ -209,6 +210,27 @@ impl Inputs {
             each: left,
             block,
         }
+    }
+
+    /// A series without the mean of every record in which that is within what a data sheet allows
+    /// a zero of force: noise that grows with one over the frequency makes such zeros, and the
+    /// learner would find them.
+    fn without_small_zeros(&self, bench: &Bench<'_>, mut left: Vec<f64>) -> Vec<f64> {
+        let allowed = CRITERIA.zero * bench.records.applied_rms(bench.axis);
+        let mut end = 0;
+        let mut rest = left.as_mut_slice();
+        for rows in &bench.records.rows {
+            let start = end;
+            end += rows;
+            let own = end.div_ceil(self.step) - start.div_ceil(self.step);
+            let (record, others) = rest.split_at_mut(own);
+            rest = others;
+            let mean = record.iter().sum::<f64>() / own.max(1) as f64;
+            if mean.abs() <= allowed {
+                record.iter_mut().for_each(|value| *value -= mean);
+            }
+        }
+        left
     }
 
     /// Teaches the learner what a design leaves.

@@ -1,7 +1,6 @@
 //! The names of a text log's columns and their units: above the rows, in a row or in columns of
 //! their own.
 
-use super::layout::{Separator, split};
 use crate::study::channels::units::is_a_unit;
 
 /// The names, and the units below or within them; `names` are the last lines above the first row,
@@ -34,22 +33,15 @@ pub(super) fn with_columns_of_units(
     mut units: Vec<Option<String>>,
     names: &[String],
     body: &[&str],
-    separator: Separator,
+    split_line: &dyn Fn(&str) -> Vec<String>,
 ) -> Vec<Option<String>> {
-    let mut cells = Vec::new();
-    let mut stated = |place: usize| -> Option<String> {
-        let mut unit: Option<String> = None;
-        for line in body {
-            split(line, separator, &mut cells);
-            // A preface is shorter.
-            let Some(cell) = cells.get(place) else {
-                continue;
-            };
-            if !is_a_unit(cell) || unit.get_or_insert_with(|| (*cell).to_owned()) != cell {
-                return None;
-            }
-        }
-        unit
+    let stated = |place: usize| -> Option<String> {
+        // A preface is shorter.
+        let mut cells = body
+            .iter()
+            .filter_map(|line| split_line(line).into_iter().nth(place));
+        let unit = cells.next().filter(|cell| is_a_unit(cell))?;
+        cells.all(|cell| cell == unit).then_some(unit)
     };
     for (place, name) in names.iter().enumerate().skip(1) {
         let name = name.to_lowercase();

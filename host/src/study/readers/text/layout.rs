@@ -148,7 +148,7 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         heading = first.and_then(|i| commented_heading(top, rows[i].0, columns, &split_line));
     }
     let units = match &heading {
-        Some(names) => with_columns_of_units(units, names, &body, separator),
+        Some(names) => with_columns_of_units(units, names, &body, &split_line),
         None => units,
     };
     if let (Some(names), Some(i)) = (&mut heading, first) {
