@@ -22,8 +22,8 @@ pub(crate) struct Init {
     #[arg(long)]
     yes: bool,
     /// Say which column is what: ROLE is time (time=none: a quasi-static log), displacement,
-    /// velocity, acceleration or force (force=0: none is applied, as in a free decay or on a shaken
-    /// base); may be given several times.
+    /// velocity, acceleration or force (force=0: none is applied, as in a free decay or on a
+    /// shaken base); may be given several times.
     #[arg(long = "column", value_name = "ROLE=COLUMN", value_parser = role)]
     columns: Vec<(String, String)>,
     /// Samples per second, where no column counts the time.

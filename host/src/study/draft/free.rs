@@ -40,8 +40,8 @@ struct Swing<'a> {
     acceleration: Option<&'a SurveyedColumn>,
     /// −1 where the accelerometer counts against the body's position.
     sign: f64,
-    /// Whether the acceleration is the second derivative of the body's position; else the position is one
-    /// relative to a base that nobody logged.
+    /// Whether the acceleration is the second derivative of the body's position; else the position
+    /// is one relative to a base that nobody logged.
     is_own: bool,
     /// The acceleration by velocity, displacement and direction; nothing where too few rows are
     /// there.
