@@ -21,6 +21,8 @@ pub(super) const GAP: Shape = Shape {
 
 impl Effect for Clearance {
     const TAG: u8 = 3;
+    /// What most of the motion does not touch are stops at its ends.
+    const MET_BY: Option<(usize, f64)> = Some((1, 0.5));
     const LOOKS_LIKE: &'static [&'static str] = &["end_stop"];
 
     const ABOUT: About = About {

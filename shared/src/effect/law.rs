@@ -171,6 +171,9 @@ pub trait Effect {
     /// Coefficients of a polynomial in the displacement, the constant first, that makes a strength
     /// which is below 0 nowhere.
     const STRENGTH_BY_DISPLACEMENT: &'static [usize] = &[];
+    /// A length, by its place, and the part of the largest displacement by which a motion meets it:
+    /// where it is met later, an effect of the ends of the motion says the same.
+    const MET_BY: Option<(usize, f64)> = None;
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
     /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
@@ -239,6 +242,9 @@ pub struct Entry {
     /// Coefficients of a strength in the displacement: [`Effect::STRENGTH_BY_DISPLACEMENT`].
     #[cfg(feature = "fit")]
     pub strength_by_displacement: &'static [usize],
+    /// A length, and where a motion meets it: [`Effect::MET_BY`].
+    #[cfg(feature = "fit")]
+    pub met_by: Option<(usize, f64)>,
     /// Parameters at whose largest value it is another law: [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
     /// Parameters that are searched for in SI: [`Effect::IN_SI`].
@@ -292,6 +298,8 @@ impl Entry {
             one_is_enough: E::ONE_IS_ENOUGH,
             #[cfg(feature = "fit")]
             strength_by_displacement: E::STRENGTH_BY_DISPLACEMENT,
+            #[cfg(feature = "fit")]
+            met_by: E::MET_BY,
             not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
             in_si: E::IN_SI,

@@ -89,6 +89,19 @@ fn before_and_after(folder: &Path, effect: &str) -> [f64; 4] {
     [v0, v1, w0, w1]
 }
 
+#[test]
+fn readme_states_what_the_campaign_of_the_notebook_gave() {
+    let readme = page("README.md");
+    let stated = readme
+        .lines()
+        .find(|line| line.contains("simulated joints:"));
+    let stated = numbers(stated.expect("README has a row of the campaign"));
+    let notebook = page("docs/notebook/hidden-effects.md");
+    let named = row(&notebook, "effects of the library, named first");
+    let told = row(&notebook, "the same, or told as one that the records");
+    assert_eq!(stated, [named[0], named[1], told[1]]);
+}
+
 const EMPS: [&str; 2] = ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"];
 
 #[test]

@@ -136,7 +136,9 @@ pub(crate) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
             relative < (1.0 + AT_BOUND) * shape.least || relative > (1.0 - AT_BOUND) * shape.most;
         let is_pitch = bound.entry.pitch() == Some(place);
         let untold = || relative > TRAVEL || value < records.shortest_wave(bound.axis);
-        Some((decides && outside) || (is_pitch && untold()))
+        let met_by = bound.entry.met_by;
+        let is_late = met_by.is_some_and(|(length, part)| length == place && relative > part);
+        Some((decides && outside) || is_late || (is_pitch && untold()))
     });
     edges.any(|at| at) || !is_physical(bound, values, records)
 }
