@@ -1,4 +1,4 @@
-//! A stop or a contact on one side of a joint alone.
+//! A stop or a contact on one side of a joint alone, and on both.
 
 use jointwatch::{Kind, MemoryLog, Study, diagnose, identify};
 use std::f64::consts::TAU;
@@ -59,4 +59,17 @@ fn a_rounded_contact_on_one_side_is_named() {
     let (found, left) = missing(1.0, |beyond| 8e5 * beyond.max(0.0).powf(1.5));
     assert_eq!(found, ["power_contact"]);
     assert!(left < 0.05, "{left}");
+}
+
+/// One law under two names: free play in the middle, and what only the ends of the motion meet.
+#[test]
+fn a_contact_on_both_sides_is_free_play_or_a_stop_by_the_motion_that_meets_it() {
+    for (distance, name) in [(1e-3, "clearance"), (AT, "end_stop")] {
+        let (found, left) = missing(1.0, |beyond| {
+            let at = beyond + AT;
+            6e4 * (at.abs() - distance).max(0.0).copysign(at)
+        });
+        assert_eq!(found, [name], "met at {distance} m");
+        assert!(left < 0.05, "met at {distance} m: {left}");
+    }
 }
