@@ -102,6 +102,14 @@ const IDENTIFY: [&str; 6] = [
     "-o",
     "model.json",
 ];
+const APPLY: [&str; 6] = [
+    "diagnose",
+    "study.toml",
+    "model.json",
+    "--apply",
+    "-o",
+    "added.json",
+];
 
 #[test]
 fn a_free_decay_names_its_friction_and_its_drag_and_no_instrument() {
@@ -119,19 +127,7 @@ fn named(losses: Losses) {
     let folder = folder.path();
     pendulum(folder, "0", &format!("inertia = {INERTIA}"), losses);
     succeed(folder, &IDENTIFY);
-    succeed(
-        folder,
-        &[
-            "diagnose",
-            "study.toml",
-            "model.json",
-            "--apply",
-            "-o",
-            "applied.json",
-            "--json",
-            "verdict.json",
-        ],
-    );
+    succeed(folder, &[&APPLY[..], &["--json", "verdict.json"]].concat());
     let verdict = read(folder, "verdict.json");
     let names = |key: &str| -> Vec<String> {
         let list = verdict[key].as_array().unwrap().iter();
@@ -148,7 +144,7 @@ fn named(losses: Losses) {
             "{verdict}"
         );
     }
-    let model = read(folder, "applied.json");
+    let model = read(folder, "added.json");
     let value = |effect: &str| {
         let effects = model["effects"].as_array().unwrap();
         let own = effects.iter().find(|e| e["effect"] == effect).unwrap();
@@ -317,17 +313,7 @@ fn a_shaken_base_is_drafted_from_whatever_was_logged() {
             assert!(study.contains(held), "{held} is not in {study}");
         }
         succeed(folder, &IDENTIFY);
-        succeed(
-            folder,
-            &[
-                "diagnose",
-                "study.toml",
-                "model.json",
-                "--apply",
-                "-o",
-                "added.json",
-            ],
-        );
+        succeed(folder, &APPLY);
         assert_on_base(folder, law, 0.1);
     }
 }

@@ -194,6 +194,7 @@ impl Inputs {
         } else {
             bench.blocks.turns
         };
+        let small = CRITERIA.zero * bench.records.applied_rms(bench.axis);
         let left: Vec<Vec<f64>> = folds[..count]
             .iter()
             .map(|factors| {
@@ -202,7 +203,7 @@ impl Inputs {
                     let columns = design.iter().zip(factors);
                     bench.measured[row] - columns.map(|(c, f)| f * c.data[row]).sum::<f64>()
                 });
-                self.without_small_zeros(bench, left.collect())
+                self.without_small_zeros(left.collect(), &bench.records.rows, small)
             })
             .collect();
         Left {
@@ -212,21 +213,20 @@ impl Inputs {
         }
     }
 
-    /// A series without the mean of every record in which that is within what a data sheet allows
-    /// a zero of force: noise that grows with one over the frequency makes such zeros, and the
-    /// learner would find them.
-    fn without_small_zeros(&self, bench: &Bench<'_>, mut left: Vec<f64>) -> Vec<f64> {
-        let allowed = CRITERIA.zero * bench.records.applied_rms(bench.axis);
+    /// A series without the mean of every record in which that is `small`, as a data sheet allows a
+    /// zero of force: noise that grows with one over the frequency makes such zeros, and the learner
+    /// would find them. `records` are the rows of each before every so manieth is taken.
+    fn without_small_zeros(&self, mut left: Vec<f64>, records: &[usize], small: f64) -> Vec<f64> {
         let mut end = 0;
         let mut rest = left.as_mut_slice();
-        for rows in &bench.records.rows {
+        for rows in records {
             let start = end;
             end += rows;
             let own = end.div_ceil(self.step) - start.div_ceil(self.step);
             let (record, others) = rest.split_at_mut(own);
             rest = others;
             let mean = record.iter().sum::<f64>() / own.max(1) as f64;
-            if mean.abs() <= allowed {
+            if mean.abs() <= small {
                 record.iter_mut().for_each(|value| *value -= mean);
             }
         }

@@ -60,6 +60,23 @@ pub(crate) fn alike(series: &[f64], lag: usize) -> Vec<f64> {
     )
 }
 
+/// Displacement and velocity of a joint, and the acceleration of its body, logged or else derived
+/// from the body's position, each averaged with the same triangle; and its half-width.
+pub(crate) fn joint_motion(
+    displacement: &[f64],
+    body: &[f64],
+    acceleration: Option<&[f64]>,
+    rate_hz: f64,
+) -> ([Vec<f64>; 3], usize) {
+    let lag = clear_lag(body).max(2);
+    let [x, v, _] = motion(displacement, lag, rate_hz);
+    let a = match acceleration {
+        Some(logged) => alike(logged, lag),
+        None => motion(body, lag, rate_hz)[2].clone(),
+    };
+    ([x, v, a], lag)
+}
+
 /// How one series follows another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Likeness {

@@ -4,11 +4,12 @@ use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft, velocit
 use super::parts::{DraftAxis, Log, Said, factor};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use crate::study::channels::units::Quantity;
-use crate::study::check::kinematics::{alike, clear_lag, motion};
+use crate::study::check::kinematics::joint_motion;
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{SurveyedColumn, extent};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::Result;
+use std::borrow::Cow;
 
 /// The axis of the joint that accelerates a body by itself.
 ///
@@ -28,7 +29,7 @@ pub(super) fn free_axis(
     };
     parts.keep_common(logs, said)?;
     let swings = swings(logs, &parts, kind, said);
-    let axis = chosen(&swings).and_then(|swing| axis_of(logs, swing, &parts, kind, said, findings));
+    let axis = chosen(&swings).map(|swing| axis_of(logs, swing, &parts, kind, said, findings));
     axis.ok_or_else(|| nothing_to_draft(logs[0].survey, time, said))
 }
 
@@ -134,14 +135,16 @@ fn fitted(
 ) -> Option<Fitted> {
     let mut fit = Linear::new(3);
     for log in logs {
-        let of_body = relative(log, body, None, (kind, parts))?;
         let x = relative(log, body, base, (kind, parts))?;
-        let lag = clear_lag(&of_body).max(2);
-        let a = match acceleration {
-            Some(a) => alike(&log.si(&a.name, Quantity::Acceleration(kind))?, lag),
-            None => motion(&of_body, lag, log.rate_hz)[2].clone(),
+        let of_body = match base {
+            None => Cow::Borrowed(&x),
+            Some(_) => Cow::Owned(relative(log, body, None, (kind, parts))?),
         };
-        let [x, v, _] = motion(&x, lag, log.rate_hz);
+        let logged = match acceleration {
+            Some(a) => Some(log.si(&a.name, Quantity::Acceleration(kind))?),
+            None => None,
+        };
+        let ([x, v, a], _) = joint_motion(&x, &of_body, logged.as_deref(), log.rate_hz);
         let direction: Vec<f64> = v.iter().map(|v| v.signum()).collect();
         fit.add(&[&v, &x, &direction], &a, 8);
     }
@@ -156,9 +159,8 @@ fn axis_of(
     kind: AxisKind,
     said: &Said,
     findings: &mut Vec<String>,
-) -> Option<DraftAxis> {
+) -> DraftAxis {
     let log = &logs[0];
-    let x = relative(log, swing.body, None, (kind, parts))?;
     let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
     let acceleration = swing.acceleration.map(|a| {
         let mut found = channel(a, Quantity::Acceleration(kind));
@@ -179,15 +181,19 @@ fn axis_of(
     let displacement: Vec<_> = positions.map(|c| channel(c, position)).collect();
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
-    let [low, high] = extent(x.iter().copied());
-    let weighs = kind == AxisKind::Rotation && high - low > FAR;
+    let goes_far = |x: Vec<f64>| {
+        let [low, high] = extent(x.into_iter());
+        high - low > FAR
+    };
+    let turned = || relative(log, swing.body, None, (kind, parts));
+    let weighs = kind == AxisKind::Rotation && turned().is_some_and(goes_far);
     findings.extend(shaken(swing));
     if said.inertia.is_none() {
         findings.push(
             "nothing is applied, so every force is one per unit of inertia until you write the inertia in the place of 1".into(),
         );
     }
-    Some(DraftAxis {
+    DraftAxis {
         name: name_of(kind).into(),
         kind,
         displacement,
@@ -203,7 +209,7 @@ fn axis_of(
             false => Convention::ForceMinusInertia,
         },
         base: vec![if weighs { "gravity" } else { "stiffness" }, "viscous"],
-    })
+    }
 }
 
 /// What is said of a base that is shaken.

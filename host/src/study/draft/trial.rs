@@ -5,7 +5,7 @@ use super::parts::{DraftAxis, Log, Said, factor};
 use crate::study::AxisKind;
 use crate::study::channels::integrate::{displacement_of, integral, lowest_frequency};
 use crate::study::channels::units::Quantity;
-use crate::study::check::kinematics::{Likeness, alike, clear_lag, derivative_likeness, motion};
+use crate::study::check::kinematics::{Likeness, alike, derivative_likeness, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn, extent};
 use crate::text::error::{Error, Result};
@@ -276,14 +276,13 @@ fn trial<'a>(
             None => Cow::Borrowed(&x),
             Some(body) => Cow::Owned(relative(log, body, None, kinds)?),
         };
-        let lag = clear_lag(&of_body).max(2);
         let f = log.si(&force.name, Quantity::Force(kind))?;
         work = with_work(work, &x, &f);
-        let [x, v, _] = motion(&x, lag, log.rate_hz);
-        let a = match acceleration {
-            Some(a) => alike(&log.si(&a.name, Quantity::Acceleration(kind))?, lag),
-            None => motion(&of_body, lag, log.rate_hz)[2].clone(),
+        let logged = match acceleration {
+            Some(a) => Some(log.si(&a.name, Quantity::Acceleration(kind))?),
+            None => None,
         };
+        let ([x, v, a], lag) = joint_motion(&x, &of_body, logged.as_deref(), log.rate_hz);
         let f = alike(&f, lag);
         let each = |of: fn(f64) -> f64, series: &[f64]| -> Vec<f64> {
             series.iter().copied().map(of).collect()

@@ -2,7 +2,7 @@
 
 use super::slips::FORCE_SLIPS;
 use super::{Axis, LIMITS};
-use crate::study::check::kinematics::{alike, clear_lag, motion};
+use crate::study::check::kinematics::{alike, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::{AxisKind, Channels, Convention};
 
@@ -12,71 +12,76 @@ const BLOCKS: usize = 24;
 impl Axis<'_> {
     /// What the force of one record says against the others, else that of all together.
     pub(super) fn force(&self) -> Option<String> {
-        self.turned_record().or_else(|| {
-            let moving = self.moving();
-            let blocks = BLOCKS.div_ceil(moving.len().max(1));
-            self.force_sentence(&self.fitted(&moving, blocks)?)
-        })
-    }
-
-    /// Force by velocity, displacement and acceleration, without the latter where the force is the
-    /// joint's own.
-    fn fitted(&self, records: &[&Channels], blocks: usize) -> Option<Fitted> {
-        let no_inertia = self.has_no_inertia();
-        let mut fit = Linear::new(if no_inertia { 2 } else { 3 });
-        for channels in records {
-            let x = channels.relative_displacement();
-            let body = channels.body_position.as_ref().unwrap_or(&x);
-            let lag = clear_lag(body).max(2);
-            let rate = self.study.sample_rate_hz;
-            let [x, v, _] = motion(&x, lag, rate);
-            let a = match &channels.acceleration {
-                Some(logged) => alike(logged, lag),
-                // What is derived is that of the body, against which a single column may count.
-                None => motion(body, lag, rate)[2].clone(),
-            };
-            let force = alike(&channels.force, lag);
-            match no_inertia {
-                true => fit.add(&[&v, &x], &force, blocks),
-                false => fit.add(&[&v, &x, &a], &force, blocks),
+        let moving = self.moving_records();
+        let blocks = BLOCKS.div_ceil(moving.len().max(1));
+        let mut all = self.fit();
+        let (mut right, mut turned) = (false, None);
+        for record in moving {
+            let mut alone = self.fit();
+            self.add(
+                &record.axes[self.index],
+                [(&mut all, blocks), (&mut alone, BLOCKS)],
+            );
+            match alone.solve().and_then(|fitted| self.is_right(&fitted)) {
+                Some(true) => right = true,
+                Some(false) => turned = turned.or(Some(&record.file)),
+                None => {}
             }
         }
-        fit.solve()
+        match turned.filter(|_| right) {
+            Some(file) => Some(self.turned_sentence(file)),
+            None => self.force_sentence(&all.solve()?),
+        }
     }
 
     fn has_no_inertia(&self) -> bool {
         self.axis().inertia == Some(0.0)
     }
 
-    /// A record whose force counts the other way than that of another one, by the body's mass or
-    /// the energy that the joint takes in.
-    fn turned_record(&self) -> Option<String> {
-        let axis = self.axis();
-        let sign = axis.restoring_force.sign();
-        let (mut right, mut turned) = (false, None);
-        for record in self.moving_records() {
-            let Some(fitted) = self.fitted(&[&record.axes[self.index]], BLOCKS) else {
-                continue;
-            };
-            let is_right = match fitted.coefficients.get(2) {
-                Some(mass) if fitted.sure(2) => *mass > 0.0,
-                // No lateness of a channel turns so large a share.
-                _ if fitted.sure(0) && fitted.shares[0] > LIMITS.large => {
-                    sign * fitted.coefficients[0] > 0.0
-                }
-                _ => continue,
-            };
-            match is_right {
-                true => right = true,
-                false => turned = turned.or(Some(&record.file)),
+    /// Force by velocity, displacement and acceleration, without the latter where the force is the
+    /// joint's own.
+    fn fit(&self) -> Linear {
+        Linear::new(if self.has_no_inertia() { 2 } else { 3 })
+    }
+
+    /// Adds a record to fits, in so many blocks.
+    fn add(&self, channels: &Channels, fits: [(&mut Linear, usize); 2]) {
+        let x = channels.relative_displacement();
+        // What is derived is that of the body, against which a single column may count.
+        let body = channels.body_position.as_ref().unwrap_or(&x);
+        let logged = channels.acceleration.as_deref();
+        let ([x, v, a], lag) = joint_motion(&x, body, logged, self.study.sample_rate_hz);
+        let force = alike(&channels.force, lag);
+        for (fit, blocks) in fits {
+            match self.has_no_inertia() {
+                true => fit.add(&[&v, &x], &force, blocks),
+                false => fit.add(&[&v, &x, &a], &force, blocks),
             }
         }
-        let file = turned.filter(|_| right)?;
-        Some(format!(
+    }
+
+    /// Whether a force counts as the study says, by the body's mass or the energy that the joint
+    /// takes in; nothing where neither tells.
+    fn is_right(&self, fitted: &Fitted) -> Option<bool> {
+        match fitted.coefficients.get(2) {
+            Some(mass) if fitted.sure(2) => Some(*mass > 0.0),
+            // No lateness of a channel turns so large a share.
+            _ if fitted.sure(0) && fitted.shares[0] > LIMITS.large => {
+                Some(self.axis().restoring_force.sign() * fitted.coefficients[0] > 0.0)
+            }
+            _ => None,
+        }
+    }
+
+    /// What is told of a record whose force counts the other way than that of another one.
+    fn turned_sentence(&self, file: &str) -> String {
+        format!(
             "axis {}: the force (column \"{}\") of {file} counts the other way than that of another record, as if a mass were negative or the \
              joint gave out energy there: turn its sign, or the displacement's (column \"{}\"), in that file",
-            axis.name, self.columns.force, self.columns.displacement
-        ))
+            self.axis().name,
+            self.columns.force,
+            self.columns.displacement
+        )
     }
 
     /// What is told of all records together.
