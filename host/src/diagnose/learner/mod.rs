@@ -214,8 +214,9 @@ impl Inputs {
     }
 
     /// A series without the mean of every record in which that is `small`, as a data sheet allows a
-    /// zero of force: noise that grows with one over the frequency makes such zeros, and the learner
-    /// would find them. `records` are the rows of each before every so manieth is taken.
+    /// zero of force: noise that grows with one over the frequency makes such zeros, and the
+    /// learner would find them. `records` are the rows of each before every so manieth is
+    /// taken.
     fn without_small_zeros(&self, mut left: Vec<f64>, records: &[usize], small: f64) -> Vec<f64> {
         let mut end = 0;
         let mut rest = left.as_mut_slice();
