@@ -259,6 +259,7 @@ mod tests {
                 ground_damping: 0.0,
                 controller: Controller::default(),
                 encoder_step: None,
+                velocity_alone: false,
             })
             .to_vec()
     }

@@ -8,11 +8,12 @@
 //! - **State band**: where the displacement's density falls to twice its floor, signal and noise
 //!   are equal; a velocity cut there has the least mean square error. The most limited axis
 //!   decides, and rounding of sharp contact corners below that frequency would cost more than the
-//!   noise, so it is not made narrower.
+//!   noise, so it is not made narrower. Where the velocity alone was logged, noise is white in it,
+//!   and it stands for the displacement here and below.
 //! - **Common band**: of the restoring force's power below the state band, taking only frequencies
 //!   at which it stands ten times above its floor, 99.9 % lies below it. What is above adds noise
 //!   to every error figure and hardly any joint. An acceleration that is derived brings the
-//!   position's noise with it, (2πf)⁴ of its floor. Three nines, because contact is in the tail:
+//!   position's noise with it, (2πf)⁴ of its floor, or the velocity's, (2πf)². Three nines, because contact is in the tail:
 //!   with two, the corners of a clearance are gone. Lines count wherever they are, so a stepped
 //!   sine keeps its harmonics.
 
@@ -42,7 +43,7 @@ pub const WIDEST: f64 = 0.36;
 pub fn state_band_hz(study: &Study) -> f64 {
     let noise_limited = (0..study.axes.len())
         .map(|axis| {
-            let spectrum = spectrum_of(study, axis, Channels::relative_displacement);
+            let spectrum = spectrum_of(study, axis, |channels| logged(study, axis, channels));
             noise_limit_hz(&spectrum, EQUAL * floor_of(&spectrum, DISPLACEMENT_FLOOR))
         })
         .fold(f64::INFINITY, f64::min);
@@ -74,17 +75,18 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
                 sum.finish()
             };
             let spectrum = with_inertia(inertia);
-            let of_position = match inertia {
+            let derivatives = if axis.velocity_alone { 1 } else { 2 };
+            let of_motion = match inertia {
                 0.0 => 0.0,
                 _ => inertia * inertia * derived_floor(study, index),
             };
             // A derived acceleration has no floor, but a slope, which stands for it below.
-            let of_force = match of_position {
+            let of_force = match of_motion {
                 0.0 => floor_of(&spectrum, FORCE_FLOOR),
                 _ => floor_of(&with_inertia(0.0), FORCE_FLOOR),
             };
             let level = |hz: f64| {
-                let derived = of_position * (std::f64::consts::TAU * hz).powi(4);
+                let derived = of_motion * (std::f64::consts::TAU * hz).powi(2 * derivatives);
                 STANDS_OUT * of_force.max(derived)
             };
             power_edge(&spectrum, level, state_band_hz)
@@ -93,8 +95,16 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
     edge.clamp(1e-3 * rate, 0.5 * WIDEST * rate)
 }
 
-/// Noise floor of the position of which an axis's acceleration is derived; 0 where the acceleration
-/// is measured.
+/// What was logged of an axis's relative motion: the displacement, else the velocity.
+fn logged(study: &Study, axis: usize, channels: &Channels) -> Vec<f64> {
+    match (study.axes[axis].velocity_alone, &channels.velocity) {
+        (true, Some(velocity)) => velocity.clone(),
+        _ => channels.relative_displacement(),
+    }
+}
+
+/// Noise floor of the position or velocity of which an axis's acceleration is derived; 0 where the
+/// acceleration is measured.
 fn derived_floor(study: &Study, axis: usize) -> f64 {
     let channels = || study.records.iter().map(|record| &record.axes[axis]);
     if channels().any(|channels| channels.acceleration.is_some()) {
@@ -102,7 +112,7 @@ fn derived_floor(study: &Study, axis: usize) -> f64 {
     }
     let position = |channels: &Channels| match &channels.body_position {
         Some(position) => position.clone(),
-        None => channels.relative_displacement(),
+        None => logged(study, axis, channels),
     };
     floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR)
 }

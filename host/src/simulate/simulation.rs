@@ -163,6 +163,7 @@ fn axes(options: &SimulationOptions) -> Vec<Axis> {
         ground_damping: 0.0,
         controller: Controller::default(),
         encoder_step: options.quantised.then_some(ENCODER_STEP[index]),
+        velocity_alone: false,
     };
     let rig = &options.rig;
     let mut axes = vec![

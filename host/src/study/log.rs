@@ -165,7 +165,8 @@ impl Request<'_> {
                 let mut places = (0..known.len()).filter(|i| known[*i] == wanted.column);
                 match (places.next(), places.next()) {
                     (Some(_), Some(_)) => Err(self.error(format!(
-                        "has the column {:?} twice; rename one of them",
+                        "has the column {:?} twice; rename one of them, or name all columns of the file with columns = […] in the \
+                         [[record]], \"\" for those that are not meant",
                         wanted.column
                     ))),
                     (None, _) if !wanted.optional => Err(self.error(format!(

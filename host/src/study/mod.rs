@@ -91,6 +91,9 @@ pub struct Axis {
     pub controller: Controller,
     /// One count of the encoder, m or rad.
     pub encoder_step: Option<f64>,
+    /// Whether the velocity alone was logged: the displacement is its integral.
+    #[serde(default)]
+    pub velocity_alone: bool,
 }
 
 /// A controller of the body's position: its force grows by `−kp·b − kd·ḃ` with the position b,

@@ -66,8 +66,12 @@ pub struct Survey {
     pub time: Option<SurveyedTime>,
     /// What the reader repaired.
     pub notes: Vec<String>,
-    /// Whether the file names its columns.
-    pub(crate) headed: bool,
+    /// The names of all columns in their order, empty for a column without one.
+    pub(crate) heading: Vec<String>,
+    /// Whether study.toml has to state this heading, since the file has none or another.
+    pub(crate) states_heading: bool,
+    /// Whether it ends before the file does.
+    pub(crate) ends_early: bool,
 }
 
 impl Survey {
@@ -86,7 +90,7 @@ impl Survey {
             memory: None,
             sparse: false,
         };
-        let mut headed = true;
+        let mut states_heading = false;
         let long = match is_long(path) {
             true => LongLog::open(&request(None))?,
             false => None,
@@ -99,13 +103,14 @@ impl Survey {
         };
         let mut table = match looked_at.table_of(long.as_ref()) {
             Err(error) if error.sentence.contains("a heading with the columns' names") => {
-                headed = false;
+                states_heading = true;
                 let numbered: Vec<String> =
                     (1..=columns_of(path)?).map(|i| format!("c{i}")).collect();
                 request(Some(&numbered)).table()?
             }
             other => other?,
         };
+        let heading = table.columns.iter().map(|c| c.name.clone()).collect();
         table.columns.retain(|c| !c.name.is_empty());
         let columns: Vec<SurveyedColumn> = table
             .columns
@@ -130,9 +135,49 @@ impl Survey {
             rows,
             columns,
             notes: table.notes,
-            headed,
+            heading,
+            states_heading,
+            ends_early: false,
             file,
         })
+    }
+
+    /// The log as it is with some of its columns, up to the last row in which one of those that not
+    /// all have holds a number.
+    ///
+    /// `own` says of every column of the heading whether it is kept.
+    pub(crate) fn of_columns(&self, own: &[bool]) -> Self {
+        let named = self.heading.iter().zip(own).filter(|(n, _)| !n.is_empty());
+        let kept: Vec<&SurveyedColumn> = named
+            .zip(&self.columns)
+            .filter(|((_, own), _)| **own)
+            .map(|(_, column)| column)
+            .collect();
+        let twice = |c: &SurveyedColumn| self.heading.iter().filter(|n| **n == c.name).count() > 1;
+        let ends = kept.iter().filter(|c| twice(c));
+        let ends = ends.filter_map(|c| c.values.iter().rposition(|v| v.is_finite()));
+        let looked_at = self
+            .columns
+            .iter()
+            .map(|c| c.values.len())
+            .max()
+            .unwrap_or(0);
+        let end = ends.max().map_or(looked_at, |last| last + 1);
+        let columns: Vec<SurveyedColumn> = kept
+            .into_iter()
+            .map(|c| surveyed(c.name.clone(), c.unit.clone(), c.values[..end].to_vec()))
+            .collect();
+        let heading = self.heading.iter().zip(own);
+        let heading = heading.map(|(name, own)| if *own { name.clone() } else { String::new() });
+        Self {
+            time: time_of(&columns),
+            columns,
+            rows: if end < looked_at { end } else { self.rows },
+            heading: heading.collect(),
+            states_heading: true,
+            ends_early: end < looked_at,
+            ..self.clone()
+        }
     }
 
     /// The column that is this by its name and unit alone, where one is; `force` or `displacement`.

@@ -37,6 +37,7 @@ fn axes() -> Vec<Axis> {
         ground_damping: 0.0,
         controller: Controller::default(),
         encoder_step: None,
+        velocity_alone: false,
     };
     vec![
         axis("x", AxisKind::Translation),

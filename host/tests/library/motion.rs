@@ -73,6 +73,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
             ground_damping: GROUND_DAMPING,
             controller: Controller::default(),
             encoder_step: None,
+            velocity_alone: false,
         }],
         records: vec![Record {
             inputs: Vec::new(),

@@ -14,6 +14,7 @@ mod one_way;
 mod quasi_static;
 mod real_logs;
 mod records_differ;
+mod runs;
 mod short_waves;
 mod standstill;
 mod study_from;

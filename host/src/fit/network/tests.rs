@@ -182,6 +182,7 @@ fn axis(name: &str) -> Axis {
         ground_damping: 0.0,
         controller: Controller::default(),
         encoder_step: None,
+        velocity_alone: false,
     }
 }
 

@@ -16,6 +16,7 @@ fn axis(name: &str, inertia: Option<f64>) -> Axis {
         ground_damping: 0.0,
         controller: Controller::default(),
         encoder_step: None,
+        velocity_alone: false,
     }
 }
 

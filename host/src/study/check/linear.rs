@@ -76,9 +76,22 @@ impl Linear {
         }
     }
 
-    /// Solves; `None` where there is too little to tell.
+    /// Solves by all columns; `None` where there is too little to tell, or one says nothing of its
+    /// own.
     pub(crate) fn solve(&self) -> Option<Fitted> {
-        let width = self.columns + 1;
+        self.solve_by(&(0..self.columns).collect::<Vec<_>>())
+    }
+
+    /// The same by all columns but one, whose coefficient is 0 and unknown.
+    pub(crate) fn solve_without(&self, left_out: usize) -> Option<Fitted> {
+        let kept: Vec<usize> = (0..self.columns).filter(|c| *c != left_out).collect();
+        self.solve_by(&kept)
+    }
+
+    /// The same by the columns that are kept.
+    fn solve_by(&self, kept: &[usize]) -> Option<Fitted> {
+        let used: Vec<usize> = kept.iter().copied().chain([self.columns]).collect();
+        let width = used.len();
         let sum_without = |left_out: Option<usize>| {
             let mut gram = vec![vec![0.0; width]; width];
             let mut target = vec![0.0; width];
@@ -86,13 +99,13 @@ impl Linear {
                 if Some(index) == left_out {
                     continue;
                 }
-                for (i, (row, part)) in gram.iter_mut().zip(&block.gram).enumerate() {
+                for (i, (row, of)) in gram.iter_mut().zip(&used).enumerate() {
                     // The lower triangle.
                     row.iter_mut()
-                        .zip(part)
+                        .zip(&used)
                         .take(i + 1)
-                        .for_each(|(sum, part)| *sum += part);
-                    target[i] += block.target[i];
+                        .for_each(|(sum, by)| *sum += block.gram[*of][*by]);
+                    target[i] += block.target[*of];
                 }
             }
             (gram, target)
@@ -103,30 +116,31 @@ impl Linear {
         }
         let (gram, target) = sum_without(None);
         let all = solve(&gram, &target)?;
-        let mut errors = vec![0.0; self.columns];
+        let mut squares = vec![0.0; kept.len()];
         for block in 0..count {
             let (gram, target) = sum_without(Some(block));
             let part = solve(&gram, &target)?;
-            for (error, (a, b)) in errors.iter_mut().zip(part.iter().zip(&all)) {
-                *error += (a - b) * (a - b);
+            for (square, (a, b)) in squares.iter_mut().zip(part.iter().zip(&all)) {
+                *square += (a - b) * (a - b);
             }
         }
         let jackknife = (count - 1) as f64 / count as f64;
         let explained: f64 = all.iter().zip(&target).map(|(c, t)| c * t).sum();
         let variance = self.target_square - self.target_sum * self.target_sum / self.rows as f64;
-        let shares = (0..self.columns)
-            .map(|i| {
-                let mean = gram[width - 1][i] / self.rows as f64;
-                let moving = (gram[i][i] / self.rows as f64 - mean * mean).max(0.0);
-                all[i].abs() * (moving * self.rows as f64 / variance).sqrt()
-            })
-            .collect();
-        Some(Fitted {
-            coefficients: all[..self.columns].to_vec(),
-            errors: errors.iter().map(|e| (jackknife * e).sqrt()).collect(),
-            shares,
+        let mut fitted = Fitted {
+            coefficients: vec![0.0; self.columns],
+            errors: vec![f64::INFINITY; self.columns],
+            shares: vec![0.0; self.columns],
             rest: ((self.target_square - explained) / variance).max(0.0),
-        })
+        };
+        for (i, column) in kept.iter().copied().enumerate() {
+            let mean = gram[width - 1][i] / self.rows as f64;
+            let moving = (gram[i][i] / self.rows as f64 - mean * mean).max(0.0);
+            fitted.coefficients[column] = all[i];
+            fitted.errors[column] = (jackknife * squares[i]).sqrt();
+            fitted.shares[column] = all[i].abs() * (moving * self.rows as f64 / variance).sqrt();
+        }
+        Some(fitted)
     }
 }
 

@@ -40,7 +40,8 @@ pub(crate) fn check(source: &Source<'_>, said: &Description, folder: &Path) -> R
     for (i, second) in said.record.iter().enumerate() {
         for first in &said.record[..i] {
             let ([a, b], [c, d]) = (span(first), span(second));
-            if real(first) != real(second) || a.max(c) >= b.min(d) {
+            let other_rows = a.max(c) >= b.min(d);
+            if real(first) != real(second) || other_rows || first.columns != second.columns {
                 continue;
             }
             if first.role != second.role {

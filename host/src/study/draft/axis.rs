@@ -9,10 +9,6 @@ use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
 
-/// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
-const LOSSY: f64 = 0.05;
-/// The same, from which on nearly all of the work is of one sign.
-const MOST_OF_IT: f64 = 0.5;
 /// The axes that the columns of the first log make, tried against all logs.
 pub(super) fn axes(
     logs: &[Log<'_>],
@@ -324,46 +320,12 @@ fn turn_a_sign(
     -1.0
 }
 
-/// What is positive where the force resists the motion: damping, work taken in, or stiffness,
-/// whatever tells most; 0 where that and the work contradict each other, as where a load is lifted.
-fn resists(chosen: &Trial<'_>, timeless: bool) -> f64 {
-    let [inertia, damping, stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
-    let tells = chosen.work[0].abs() > MOST_OF_IT * chosen.work[1];
-    if chosen.fitted.sure(1) && !timeless {
-        match tells && damping * chosen.work[0] < 0.0 {
-            true => 0.0,
-            false => damping,
-        }
-    } else if chosen.weighs {
-        // The weight of a body pulls either way.
-        inertia
-    } else if chosen.work[0].abs() > LOSSY * chosen.work[1] {
-        // What a joint takes in tells more than the slope of a wide loop.
-        chosen.work[0]
-    } else {
-        stiffness
-    }
-}
-
-/// Whether an inertia shows, alone or beside friction, which hides it until it has a column of its
-/// own.
-fn shows_inertia(chosen: &Trial<'_>, resists: f64) -> bool {
-    let inertia = chosen.fitted.coefficients[0];
-    // By its own position a body is accelerated against its joint: a mass of the other sign is a
-    // stiffness that rises with frequency.
-    let by_position = chosen.acceleration.is_none() && chosen.second.is_none();
-    let stiffens = by_position && inertia * resists < 0.0;
-    let beside = chosen.beside_friction.as_ref();
-    let beside = beside.is_some_and(|f| f.sure(0) && f.coefficients[0] * inertia > 0.0);
-    (chosen.fitted.sure(0) || beside) && !stiffens
-}
-
 /// The terms of the base that the trial speaks for.
-fn base_of(chosen: &Trial<'_>, springy: bool, timeless: bool) -> Vec<&'static str> {
+fn base_of(weighs: bool, springy: bool, timeless: bool) -> Vec<&'static str> {
     let mut base = Vec::new();
-    if chosen.weighs {
+    if weighs {
         base.push("gravity");
-    } else if chosen.fitted.sure(2) && springy {
+    } else if springy {
         base.push("stiffness");
     }
     if !timeless {
@@ -386,7 +348,6 @@ fn axis_of(
     findings: &mut Vec<String>,
 ) -> DraftAxis {
     let position = parts.logged(kind);
-    let [mut inertia, _, mut stiffness] = [0, 1, 2].map(|i| chosen.fitted.coefficients[i]);
     let mut channel = |column, quantity| channel(logs, column, quantity, said, findings);
     let mut force_channel = channel(force, Quantity::Force(kind));
     let accelerometer = Quantity::Acceleration(kind);
@@ -399,19 +360,25 @@ fn axis_of(
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
     let timeless = said.is_timeless(logs[0].survey);
-    let mut judged = resists(chosen, timeless);
-    let inertial = !timeless && shows_inertia(chosen, judged);
+    let inertial = !timeless && chosen.shows_inertia();
+    let fitted = match inertial {
+        true => &chosen.fitted,
+        false => chosen.without_inertia.as_ref().unwrap_or(&chosen.fitted),
+    };
+    let mut resists = chosen.resists(fitted, timeless);
+    let [mut inertia, _, mut stiffness] = [0, 1, 2].map(|i| fitted.coefficients[i]);
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
-        [judged, stiffness] = [judged, stiffness].map(|c| turned * c);
+        [resists, stiffness] = [resists, stiffness].map(|c| turned * c);
         inertia = -inertia;
     }
-    let restoring_force = match judged < 0.0 {
+    let restoring_force = match resists < 0.0 {
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
     };
-    let springy = restoring_force.sign() * stiffness > 0.0 && !parts.are_velocities();
-    let base = base_of(chosen, springy, timeless);
+    let pulls_back = restoring_force.sign() * stiffness > 0.0 && fitted.sure(2);
+    let springy = pulls_back && !parts.are_velocities();
+    let base = base_of(chosen.weighs, springy, timeless);
     if chosen.weighs {
         findings.push(format!(
             "{:?} goes with the sine of the angle, as the weight of a body that turns does",

@@ -4,9 +4,11 @@ use super::axis;
 use super::free::free_axis;
 use super::parts::{Draft, DraftAxis, Log, Said, names};
 use super::records::records;
+use super::runs::side_by_side;
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
+use crate::study::time::pieces::{MIN_ROWS, TOO_FINE, density};
 use crate::study::time::sampling::are_even;
 use crate::study::time::{RATE_TOLERANCE, round_rate};
 use crate::text::error::{Error, Result};
@@ -14,16 +16,18 @@ use crate::text::error::{Error, Result};
 /// A round rate that is as near as this, relative, does for uneven times.
 const NEAR_RATE: f64 = 0.02;
 
-/// Guesses a study from the logs that were looked at.
+/// Guesses a study from the logs that were looked at. Those too short for a record are left out,
+/// and named.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`]: the logs do not go together, or no force or no displacement
 /// can be told; the sentence says how to name it.
 pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
+    let mut findings = Vec::new();
+    let surveys = &*runs_of(surveys, &mut findings);
     let Some(first) = surveys.first() else {
         return Err(Error::usage("no log was given; name at least one"));
     };
-    let mut findings = Vec::new();
     let timeless = said.is_timeless(first);
     let time = if timeless {
         None
@@ -82,10 +86,37 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         records: records(surveys, &axes),
         unused: unused(surveys, time.as_ref(), &axes),
         axes,
-        columns: (!first.headed).then(|| first.columns.iter().map(|c| c.name.clone()).collect()),
         time,
         findings,
     })
+}
+
+/// The runs in the logs that have rows enough for a record, or all where none has.
+fn runs_of(surveys: &[Survey], findings: &mut Vec<String>) -> Vec<Survey> {
+    let mut runs = Vec::new();
+    for survey in surveys {
+        let own = side_by_side(survey);
+        if let [_, _, ..] = own.as_slice() {
+            findings.push(format!(
+                "{} names its columns {} times, so it is read as so many runs side by side",
+                survey.file,
+                own.len()
+            ));
+        }
+        runs.extend(own);
+    }
+    let (long, short): (Vec<Survey>, Vec<Survey>) =
+        runs.into_iter().partition(|run| run.rows >= MIN_ROWS);
+    if long.is_empty() {
+        return short;
+    }
+    findings.extend(short.iter().map(|run| {
+        format!(
+            "{} has {} rows, and a record needs at least {MIN_ROWS}, so it is left out",
+            run.file, run.rows
+        )
+    }));
+    long
 }
 
 /// Why no column of a log is taken for its time.
@@ -126,20 +157,25 @@ fn unused(
 }
 
 /// The even rate that the logs have to be brought to, Hz, where one of them has times that are not
-/// even, or faster ones.
+/// even, or faster ones: that of their steps, or of the rows where these are far fewer, since what
+/// lies between them is no measurement.
 fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
     let mut times = surveys.iter().filter_map(|s| time_like(s, time));
     let faster = times.any(|own| own.rate_hz > (1.0 + RATE_TOLERANCE) * time.rate_hz);
-    let mut columns = surveys.iter().filter_map(|s| s.column(&time.column));
-    let even = columns.all(|column| {
+    let columns = surveys.iter().filter_map(|s| s.column(&time.column));
+    let seconds = columns.map(|column| -> Vec<f64> {
         let values = column.values.iter();
-        are_even(
-            &values
-                .map(|t| t * time.seconds_per_unit)
-                .collect::<Vec<f64>>(),
-        )
+        values.map(|t| t * time.seconds_per_unit).collect()
     });
-    (faster || !even).then(|| round_rate(time.rate_hz, NEAR_RATE))
+    let uneven: Vec<Vec<f64>> = seconds.filter(|times| !are_even(times)).collect();
+    let rows = uneven.iter().filter_map(|times| density(times));
+    let rows = rows.map(|density| density.rate_hz);
+    let fewest = rows.fold(f64::INFINITY, f64::min);
+    let rate_hz = match fewest < TOO_FINE * time.rate_hz {
+        true => fewest,
+        false => time.rate_hz,
+    };
+    (faster || !uneven.is_empty()).then(|| round_rate(rate_hz, NEAR_RATE))
 }
 
 fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {

@@ -10,6 +10,7 @@ mod free;
 mod guess;
 mod parts;
 mod records;
+mod runs;
 mod trial;
 mod write;
 

@@ -28,6 +28,8 @@ pub struct DraftRecord {
     pub role: Role,
     /// First row and the row after the last.
     pub rows: Option<[usize; 2]>,
+    /// Names of the columns where the file has none, or those of several runs side by side.
+    pub columns: Option<Vec<String>>,
 }
 
 /// What a user has said, so that it need not be guessed.
@@ -78,8 +80,6 @@ pub struct Draft {
     pub unused: Vec<(String, Option<String>)>,
     /// The records, in the order given.
     pub records: Vec<DraftRecord>,
-    /// Names of the columns where the files have none.
-    pub columns: Option<Vec<String>>,
     /// What was found out, for the user, one sentence each.
     pub findings: Vec<String>,
 }

@@ -31,10 +31,11 @@ fn is_named(file: &str, starts: &[&str]) -> bool {
 /// A clearly shorter record validates, else any, the last that moves and is loaded within what the
 /// others are; a single one is split.
 pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord> {
-    let record = |survey: &Survey, role, rows| DraftRecord {
+    let record = |survey: &Survey, role, rows: Option<[usize; 2]>| DraftRecord {
         file: survey.file.clone(),
         role,
-        rows,
+        rows: rows.or_else(|| survey.ends_early.then_some([0, survey.rows])),
+        columns: survey.states_heading.then(|| survey.heading.clone()),
     };
     if let [only] = surveys
         && only.rows < MIN_SPLIT

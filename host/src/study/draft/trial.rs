@@ -19,6 +19,10 @@ pub(super) const BETTER: f64 = 0.7;
 pub(super) const FAR: f64 = 1.0;
 /// Correlation from which on a column is the derivative of another.
 pub(super) const DERIVATIVE: f64 = 0.9;
+/// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
+const LOSSY: f64 = 0.05;
+/// The same, from which on nearly all of the work is of one sign.
+const MOST_OF_IT: f64 = 0.5;
 
 /// The columns that may be each part of an axis, the likeliest first.
 pub(super) struct Parts<'a> {
@@ -31,6 +35,8 @@ pub(super) struct Parts<'a> {
     pub(super) derivative: usize,
     /// Above which frequency accelerations are integrated, Hz.
     above_hz: f64,
+    /// Whether the rows count no time.
+    timeless: bool,
 }
 
 impl<'a> Parts<'a> {
@@ -87,8 +93,9 @@ impl<'a> Parts<'a> {
         let velocity = motion("velocity", Quantity::Velocity);
         let acceleration = motion("acceleration", Quantity::Acceleration);
         let mut derivative = 0;
+        let timeless = said.is_timeless(survey);
         for integrated in [&velocity, &acceleration] {
-            if displacement.is_empty() && !said.is_timeless(survey) {
+            if displacement.is_empty() && !timeless {
                 displacement.clone_from(integrated);
                 derivative += 1;
             }
@@ -96,6 +103,7 @@ impl<'a> Parts<'a> {
         Self {
             derivative,
             above_hz: 0.0,
+            timeless,
             displacement,
             velocity,
             acceleration,
@@ -181,8 +189,48 @@ pub(super) struct Trial<'a> {
     pub(super) fitted: Fitted,
     /// The same with dry friction.
     pub(super) beside_friction: Option<Fitted>,
+    /// The same without an inertia: where the motion has one frequency, a spring and a mass are one
+    /// to the force.
+    pub(super) without_inertia: Option<Fitted>,
     /// Work of the force along the displacement, and what it would be without a change of sign.
     pub(super) work: [f64; 2],
+}
+
+impl Trial<'_> {
+    /// What is positive where the force resists the motion: damping, work taken in, or stiffness,
+    /// whatever tells most; 0 where that and the work contradict each other, as where a load is
+    /// lifted.
+    pub(super) fn resists(&self, fitted: &Fitted, timeless: bool) -> f64 {
+        let [damping, stiffness] = [1, 2].map(|i| fitted.coefficients[i]);
+        let tells = self.work[0].abs() > MOST_OF_IT * self.work[1];
+        if fitted.sure(1) && !timeless {
+            match tells && damping * self.work[0] < 0.0 {
+                true => 0.0,
+                false => damping,
+            }
+        } else if self.weighs {
+            // The weight of a body pulls either way.
+            self.fitted.coefficients[0]
+        } else if self.work[0].abs() > LOSSY * self.work[1] {
+            // What a joint takes in tells more than the slope of a wide loop.
+            self.work[0]
+        } else {
+            stiffness
+        }
+    }
+
+    /// Whether an inertia shows, alone or beside friction, which hides it until it has a column of
+    /// its own.
+    pub(super) fn shows_inertia(&self) -> bool {
+        let inertia = self.fitted.coefficients[0];
+        // By its own position a body is accelerated against its joint: a mass of the other sign is a
+        // stiffness that rises with frequency.
+        let by_position = self.acceleration.is_none() && self.second.is_none();
+        let stiffens = by_position && inertia * self.resists(&self.fitted, false) < 0.0;
+        let beside = self.beside_friction.as_ref();
+        let beside = beside.is_some_and(|f| f.sure(0) && f.coefficients[0] * inertia > 0.0);
+        (self.fitted.sure(0) || beside) && !stiffens
+    }
 }
 
 /// Every way of putting an axis together with a force.
@@ -265,7 +313,8 @@ fn trial<'a>(
     let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     // By a spring, and where it turns by the weight of a body, each alone and beside dry friction.
-    let may_weigh = kind == AxisKind::Rotation && parts.derivative == 0;
+    // What is turned by hand, step by step, is a spring sooner than a pendulum.
+    let may_weigh = kind == AxisKind::Rotation && parts.derivative == 0 && !parts.timeless;
     let fits_of = |columns| [Linear::new(columns), Linear::new(columns + 1)];
     let mut fits = vec![fits_of(3)];
     fits.extend(may_weigh.then(|| fits_of(4)));
@@ -303,14 +352,21 @@ fn trial<'a>(
         let [low, high] = extent(x.iter().copied());
         turns = turns.max(high - low);
     }
-    let mut solved = fits.iter().map(|fits| fits.each_ref().map(Linear::solve));
+    let mut solved = fits.iter().map(|[alone, beside]| {
+        let without = alone.solve_without(0);
+        [
+            alone.solve().or_else(|| without.clone()),
+            beside.solve(),
+            without,
+        ]
+    });
     let spring = solved.next()?;
     let most = BETTER * spring[0].as_ref()?.rest;
-    let weight = solved.next().filter(|[alone, _]| {
+    let weight = solved.next().filter(|[alone, _, _]| {
         turns > FAR && alone.as_ref().is_some_and(|weight| weight.rest < most)
     });
     let weighs = weight.is_some();
-    let [fitted, beside_friction] = weight.unwrap_or(spring);
+    let [fitted, beside_friction, without_inertia] = weight.unwrap_or(spring);
     Some(Trial {
         first,
         second,
@@ -322,6 +378,7 @@ fn trial<'a>(
         weighs,
         fitted: fitted?,
         beside_friction,
+        without_inertia,
         work,
     })
 }

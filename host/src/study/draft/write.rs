@@ -134,13 +134,13 @@ fn records_text(text: &mut String, draft: &Draft) {
                 "rows = [{from}, {to}]   # first row, and the row after the last  {GUESSED}"
             );
         }
-        if let Some(columns) = &draft.columns {
+        if let Some(columns) = &record.columns {
+            let why = match columns.iter().any(String::is_empty) {
+                true => "those of this run; the file holds several side by side",
+                false => "the file has no heading",
+            };
             let columns: Vec<String> = columns.iter().map(|c| quoted(c)).collect();
-            let _ = writeln!(
-                text,
-                "columns = [{}]   # the file has no heading",
-                columns.join(", ")
-            );
+            let _ = writeln!(text, "columns = [{}]   # {why}", columns.join(", "));
         }
     }
 }

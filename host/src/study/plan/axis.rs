@@ -37,6 +37,7 @@ pub(super) fn axis(entry: &AxisEntry, quasi_static: bool) -> Axis {
             .as_ref()
             .map_or(Controller::default(), |v| *v.get_ref()),
         encoder_step: entry.encoder_step.as_ref().map(|v| *v.get_ref()),
+        velocity_alone: entry.displacement.is_none(),
     }
 }
 

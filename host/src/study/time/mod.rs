@@ -5,7 +5,7 @@ mod alignment;
 pub(super) mod clock;
 #[cfg(test)]
 pub(super) mod noise;
-pub(super) mod pieces;
+pub(crate) mod pieces;
 pub(crate) mod resample;
 pub(super) mod sampling;
 pub(super) mod second_logger;

@@ -26,6 +26,9 @@ pub(crate) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String
     )
 }
 
+/// A channel sampled less often than this part of the wanted rate leaves a part of the band empty.
+pub(crate) const TOO_FINE: f64 = 0.8;
+
 /// How densely times lie that are in order.
 pub(crate) struct Density {
     /// Different times per second, gaps left out.

@@ -1,6 +1,6 @@
 //! Channels brought to an even rate: each at its own times, split where any of them has a gap.
 
-use super::pieces::{Density, MIN_ROWS, SHORTEST_PIECE, density, said_of_gaps};
+use super::pieces::{Density, MIN_ROWS, SHORTEST_PIECE, TOO_FINE, density, said_of_gaps};
 use super::resample::Resampler;
 use super::{even_where_rounded, round_rate, sampled};
 use crate::study::channels::calibrated::Calibrated;
@@ -8,9 +8,6 @@ use crate::study::log::{Log, Request};
 use crate::study::plan::Plan;
 use crate::text::error::Result;
 use std::sync::OnceLock;
-
-/// A channel sampled less often than this part of the wanted rate leaves a part of the band empty.
-const TOO_FINE: f64 = 0.8;
 
 /// The even parts of the time that all channels share.
 pub(crate) struct Stretches {

@@ -93,8 +93,9 @@ pub(super) struct Sample<'a> {
 impl<'a> Sample<'a> {
     /// Of a whole text.
     fn of(text: &'a str) -> Self {
-        // Found without counting the lines before.
-        let parts = [text.len() / 2, text.len().saturating_sub(PART)].map(|start| {
+        // Found without counting the lines before; a preface is in neither.
+        let middle = text.len() / 2;
+        let parts = [middle, middle.max(text.len().saturating_sub(PART))].map(|start| {
             let start = (start..text.len()).find(|i| text.is_char_boundary(*i));
             let rest = &text[start.unwrap_or(text.len())..];
             &rest[..rest.floor_char_boundary(PART)]

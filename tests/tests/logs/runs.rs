@@ -1,0 +1,132 @@
+//! What test stands hand over as one test: a drive of one frequency, runs side by side in one sheet,
+//! a run that was broken off.
+
+use jointwatch_tests::program::{fail, run, succeed};
+use serde_json::Value;
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+const STIFFNESS: f64 = 3e4;
+const DAMPING: f64 = 200.0;
+
+/// Time, displacement in mm and force of a damper beside a spring, driven at one frequency, without
+/// any noise.
+fn row(row: u32, hz: f64) -> [f64; 3] {
+    let t = f64::from(row) / 500.0;
+    let (sine, cosine) = (TAU * hz * t).sin_cos();
+    let (x, v) = (5e-3 * sine, 5e-3 * TAU * hz * cosine);
+    [t, 1e3 * x, STIFFNESS * x + DAMPING * v]
+}
+
+fn cells(row: [f64; 3]) -> String {
+    row.map(|value| format!("{value:.9}")).join(",")
+}
+
+fn log(hz: f64, rows: u32) -> String {
+    let all = (0..rows).map(|i| cells(row(i, hz)) + "\n");
+    format!("time_s,disp_mm,force_N\n{}", all.collect::<String>())
+}
+
+/// Stiffness and damping by the drafted study of some logs.
+fn drafted(folder: &Path, logs: &[&str]) -> [f64; 2] {
+    succeed(folder, &[&["init", "--yes"], logs].concat());
+    succeed(
+        folder,
+        &[
+            "identify",
+            "study.toml",
+            "--model",
+            "physical",
+            "-o",
+            "m.json",
+        ],
+    );
+    let model = fs::read_to_string(folder.join("m.json")).unwrap();
+    let model: Value = serde_json::from_str(&model).unwrap();
+    let effects = model["effects"].as_array().expect("effects");
+    ["stiffness", "viscous"].map(|effect| {
+        let term = effects.iter().find(|term| term["effect"] == effect);
+        term.expect(effect)["parameters"][0]["value"]
+            .as_f64()
+            .expect(effect)
+    })
+}
+
+#[track_caller]
+fn is_the_damper([stiffness, damping]: [f64; 2]) {
+    assert!((stiffness / STIFFNESS - 1.0).abs() < 1e-3, "{stiffness}");
+    assert!((damping / DAMPING - 1.0).abs() < 1e-3, "{damping}");
+}
+
+/// A mass and a spring are one to the force there, so no fit has both.
+#[test]
+fn a_drive_of_one_frequency_is_drafted() {
+    let dir = TempDir::new().unwrap();
+    fs::write(dir.path().join("sine.csv"), log(2.0, 4000)).unwrap();
+    is_the_damper(drafted(dir.path(), &["sine.csv"]));
+}
+
+#[test]
+fn a_run_that_was_broken_off_is_left_out_and_named() {
+    let dir = TempDir::new().unwrap();
+    for (name, hz, rows) in [
+        ("a.csv", 2.0, 3000),
+        ("b.csv", 2.0, 60),
+        ("c.csv", 1.3, 2000),
+    ] {
+        fs::write(dir.path().join(name), log(hz, rows)).unwrap();
+    }
+    let said = succeed(dir.path(), &["init", "--yes", "a.csv", "b.csv", "c.csv"]);
+    assert!(said.contains("b.csv has 60 rows"), "{said}");
+    let text = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    assert!(text.contains("c.csv") && !text.contains("b.csv"), "{text}");
+    // Alone it is refused, with what a record needs.
+    fs::remove_file(dir.path().join("study.toml")).unwrap();
+    let alone = run(dir.path(), &["init", "--yes", "b.csv"]);
+    let said = String::from_utf8_lossy(&alone.stderr);
+    assert_eq!(alone.status.code(), Some(3), "{said}");
+    assert!(said.contains("at least 100"), "{said}");
+}
+
+#[test]
+fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
+    let dir = TempDir::new().unwrap();
+    let mut text = String::from(
+        "2 Hz,,,,1.3 Hz,,\ntime,displacement,force,,time,displacement,force\ns,mm,N,,s,mm,N\n",
+    );
+    for i in 0..2000 {
+        let second = if i < 1500 {
+            cells(row(i, 1.3))
+        } else {
+            ",,".into()
+        };
+        writeln!(text, "{},,{second}", cells(row(i, 2.0))).unwrap();
+    }
+    fs::write(dir.path().join("sheet.csv"), text).unwrap();
+    is_the_damper(drafted(dir.path(), &["sheet.csv"]));
+    let study = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    assert!(study.contains("rows = [0, 1500]"), "{study}");
+    // A study that says of neither which columns it means is told what to write.
+    let (axis, _) = study.split_once("[[record]]").unwrap();
+    let one = format!("{axis}[[record]]\nfile = \"sheet.csv\"\nrole = \"train\"\n");
+    fs::write(dir.path().join("study.toml"), one).unwrap();
+    let said = fail(
+        dir.path(),
+        &[
+            "identify",
+            "study.toml",
+            "--model",
+            "physical",
+            "-o",
+            "n.json",
+        ],
+        3,
+    );
+    assert!(
+        said.contains("twice") && said.contains("columns = ["),
+        "{said}"
+    );
+}
