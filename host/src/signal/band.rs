@@ -13,13 +13,16 @@
 //! - **Common band**: of the restoring force's power below the state band, taking only frequencies
 //!   at which it stands ten times above its floor, 99.9 % lies below it. What is above adds noise
 //!   to every error figure and hardly any joint. An acceleration that is derived brings the
-//!   position's noise with it, (2πf)⁴ of its floor, or the velocity's, (2πf)². Three nines, because contact is in the tail:
-//!   with two, the corners of a clearance are gone. Lines count wherever they are, so a stepped
-//!   sine keeps its harmonics.
+//!   position's noise with it, (2πf)⁴ of its floor, or the velocity's, (2πf)². Three nines, because
+//!   contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever
+//!   they are, so a stepped sine keeps its harmonics. Short records of slow motion would be left
+//!   with too few independent rows to try an effect; theirs is widened to five nines, as far as
+//!   they need it.
 
 use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, Spectrum, floor_of};
 use crate::signal::motion::Motion;
+use crate::study::survey::smallest_step;
 use crate::study::{Channels, Role, Study};
 use nalgebra::{Matrix4, Vector4};
 
@@ -31,6 +34,11 @@ const EQUAL: f64 = 2.0;
 const STANDS_OUT: f64 = 10.0;
 /// Share of the power that stands out of a restoring force's floor that the common band keeps.
 const KEPT: f64 = 0.999;
+/// The same where the band would leave fewer than [`WANTED_ROWS`].
+const NEARLY_ALL: f64 = 0.99999;
+/// Independent rows of training, two for each period of the band's end: five for each of two dozen
+/// values, as many as three effects and their shapes have beside a base.
+const WANTED_ROWS: f64 = 128.0;
 /// Lines that are averaged before a density is compared with its floor, an odd number.
 const SMOOTHED: usize = 9;
 /// The states' band is at most this share of the sample rate: the differentiators need room to fall
@@ -59,6 +67,12 @@ pub fn state_band_hz(study: &Study) -> f64 {
 pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> f64 {
     let shortest = motions.iter().map(Motion::rows).min().unwrap_or(0);
     let rate = study.sample_rate_hz;
+    let training: usize = motions
+        .iter()
+        .filter(|m| study.records[m.record].role == Role::Train)
+        .map(Motion::rows)
+        .sum();
+    let enough_hz = 0.5 * rate * WANTED_ROWS / training.max(1) as f64;
     let edge = study
         .axes
         .iter()
@@ -89,7 +103,9 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
                 let derived = of_motion * (std::f64::consts::TAU * hz).powi(2 * derivatives);
                 STANDS_OUT * of_force.max(derived)
             };
-            power_edge(&spectrum, level, state_band_hz)
+            let edge = power_edge(&spectrum, level, state_band_hz, KEPT);
+            let clear = power_edge(&spectrum, level, state_band_hz, NEARLY_ALL);
+            edge.max(clear.min(enough_hz))
         })
         .fold(0.0, f64::max);
     edge.clamp(1e-3 * rate, 0.5 * WIDEST * rate)
@@ -114,7 +130,21 @@ fn derived_floor(study: &Study, axis: usize) -> f64 {
         Some(position) => position.clone(),
         None => logged(study, axis, channels),
     };
-    floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR)
+    let floor = floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR);
+    let rounding = channels().map(|channels| rounding(&position(channels), study.sample_rate_hz));
+    rounding.fold(floor, f64::max)
+}
+
+/// Density of the rounding of a channel that counts in steps, unit² per Hz: a twelfth of a step
+/// squared, up to half of the rate at which the count changes. A channel that moves by less than a
+/// step a row has more of it at low frequencies than its floor at high ones shows.
+fn rounding(series: &[f64], rate_hz: f64) -> f64 {
+    let changes = series.windows(2).filter(|w| w[0] != w[1]).count();
+    let changes_hz = changes as f64 / series.len().max(1) as f64 * rate_hz;
+    match smallest_step(series) {
+        Some(step) if changes > 0 => step * step / 12.0 / (0.5 * changes_hz),
+        _ => 0.0,
+    }
 }
 
 /// The spectrum over all records of what an axis's channels give.
@@ -158,9 +188,9 @@ fn likely_inertia(study: &Study, motions: &[Motion], axis: usize) -> f64 {
     })
 }
 
-/// The frequency below which [`KEPT`] of the power lies that stands above the `level` there, up to
-/// `limit_hz`; 0 when none does.
-fn power_edge(spectrum: &Spectrum, level: impl Fn(f64) -> f64, limit_hz: f64) -> f64 {
+/// The frequency below which the share `kept` of the power lies that stands above the `level`
+/// there, up to `limit_hz`; 0 when none does.
+fn power_edge(spectrum: &Spectrum, level: impl Fn(f64) -> f64, limit_hz: f64, kept: f64) -> f64 {
     let lines: Vec<f64> = smoothed(spectrum)
         .zip(&spectrum.density)
         .enumerate()
@@ -174,7 +204,7 @@ fn power_edge(spectrum: &Spectrum, level: impl Fn(f64) -> f64, limit_hz: f64) ->
     let mut sum = 0.0;
     for (i, density) in lines.iter().enumerate() {
         sum += density;
-        if sum >= KEPT * total {
+        if sum >= kept * total {
             return i as f64 * spectrum.resolution_hz;
         }
     }
@@ -227,7 +257,7 @@ mod tests {
     fn the_common_band_does_not_depend_on_the_noise() {
         // ∫ of 1/(1 + u⁴) from U to ∞ is 1/(3U³), a thousandth of π/(2√2) at U = 6.70.
         for top in [1e5, 1e7] {
-            let edge = power_edge(&falling(top), |_| STANDS_OUT, 1024.0);
+            let edge = power_edge(&falling(top), |_| STANDS_OUT, 1024.0, KEPT);
             assert!((edge - 67.0).abs() < 7.0, "{edge}");
         }
     }
@@ -238,7 +268,7 @@ mod tests {
         spectrum.density[100] = 1e4;
         spectrum.density[300] = 1e3;
         spectrum.density[900] = 1e5;
-        assert_eq!(power_edge(&spectrum, |_| STANDS_OUT, 400.0), 150.0);
+        assert_eq!(power_edge(&spectrum, |_| STANDS_OUT, 400.0, KEPT), 150.0);
     }
 
     #[test]
@@ -249,7 +279,7 @@ mod tests {
         };
         let floor = floor_of(&empty, FORCE_FLOOR);
         assert_eq!(floor, 0.0);
-        assert_eq!(power_edge(&empty, |_| floor, 100.0), 0.0);
+        assert_eq!(power_edge(&empty, |_| floor, 100.0, KEPT), 0.0);
         assert_eq!(noise_limit_hz(&empty, floor), 0.0);
     }
 }

@@ -2,6 +2,7 @@
 //! values that are true.
 
 mod accelerometers;
+mod bands;
 mod cut_logs;
 mod driven;
 mod first_day;

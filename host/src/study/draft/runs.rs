@@ -1,5 +1,5 @@
-//! Several runs in one log: test stands and spreadsheets write them side by side, each with the same
-//! names above its columns.
+//! Several runs in one log: test stands and spreadsheets write them side by side, each with the
+//! same names above its columns.
 
 use crate::study::survey::Survey;
 
