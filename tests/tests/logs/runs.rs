@@ -130,3 +130,24 @@ fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
         "{said}"
     );
 }
+
+/// Two columns without a heading, the force first: which is which shows in the work.
+#[test]
+fn two_columns_without_names_are_told_apart_by_the_work_that_the_joint_takes_in() {
+    let dir = TempDir::new().unwrap();
+    let rows = (0..2000).map(|i| {
+        let [_, x_mm, force] = row(i, 2.0);
+        format!("{force:.6} {x_mm:.9}\n")
+    });
+    fs::write(dir.path().join("table.txt"), rows.collect::<String>()).unwrap();
+    let words = ["init", "--yes", "table.txt", "--rate", "500"];
+    let said = succeed(dir.path(), &words);
+    assert!(said.contains("takes in work"), "{said}");
+    let study = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    for held in [
+        "displacement = \"c2\"   # guessed",
+        "force = \"c1\"   # guessed",
+    ] {
+        assert!(study.contains(held), "{study}");
+    }
+}

@@ -1,6 +1,7 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
+use super::nameless;
 use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
 use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
 use crate::study::channels::units::{Quantity, is_bare, is_of_current};
@@ -32,6 +33,21 @@ pub(super) fn axes(
         }
     }
     if !axes.is_empty() {
+        return Ok(axes);
+    }
+    if let Some(roles) = nameless::roles(logs, time, said) {
+        let mut with_roles = said.clone();
+        with_roles.columns.extend(roles.clone());
+        let mut axes = self::axes(logs, time, &with_roles, findings)?;
+        let [(_, displacement), (_, force)] = &roles;
+        findings.push(format!(
+            "the columns have no names: a joint takes in work where {displacement:?} is the displacement and {force:?} the force, so they \
+             are taken for these"
+        ));
+        for axis in &mut axes {
+            let channels = axis.displacement.iter_mut().chain(&mut axis.force);
+            channels.for_each(|channel| channel.guessed = true);
+        }
         return Ok(axes);
     }
     let Some(current) = only_current(survey, said) else {

@@ -8,6 +8,7 @@
 mod axis;
 mod free;
 mod guess;
+mod nameless;
 mod parts;
 mod records;
 mod runs;

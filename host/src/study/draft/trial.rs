@@ -20,7 +20,7 @@ pub(super) const FAR: f64 = 1.0;
 /// Correlation from which on a column is the derivative of another.
 pub(super) const DERIVATIVE: f64 = 0.9;
 /// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
-const LOSSY: f64 = 0.05;
+pub(super) const LOSSY: f64 = 0.05;
 /// The same, from which on nearly all of the work is of one sign.
 const MOST_OF_IT: f64 = 0.5;
 

@@ -251,11 +251,13 @@ pub(super) fn no_row(request: &Request<'_>, layout: &Layout, text: &str) -> Erro
             "is no MATLAB file and no table of numbers either; save it from MATLAB with -v7 or -v7.3",
         );
     }
+    // With nothing below it, the separator was not told.
+    let several = |names: &[String]| {
+        names.iter().filter(|n| !n.is_empty()).count() > 1
+            || names.iter().any(|n| n.contains([',', ';', '\t']))
+    };
     match &layout.heading {
-        // With nothing below it, the separator was not told.
-        Some(names)
-            if names.iter().any(|n| n.contains([',', ';', '\t'])) && lines(text).nth(2).is_none() =>
-        {
+        Some(names) if several(names) && lines(text).nth(2).is_none() => {
             request.error("has a heading but no row; check that the logger finished writing it")
         }
         _ => request.error(
