@@ -72,11 +72,8 @@ pub(crate) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
 
 /// Sets of effects that are held against each other, the base among them.
 pub(crate) struct Rivals<'a> {
-    sets: Vec<&'a [AxisEffect]>,
-    errors: Vec<&'a [f64]>,
-    powers: Vec<f64>,
-    numbers: Vec<usize>,
-    /// Effects with a memory that nothing in the records has shown.
+    all: Vec<Judged<'a>>,
+    /// Of each, the effects with a memory that nothing in the records has shown.
     unseen_memories: Vec<usize>,
     /// RMS beside the RMS force that counts at least.
     least_share: f64,
@@ -92,37 +89,26 @@ impl<'a> Rivals<'a> {
             if bench.reverses { 0 } else { remember.count() }
         };
         Self {
-            sets: all().map(|l| l.hypothesis.added()).collect(),
-            errors: all().map(|l| l.score.log_errors.as_slice()).collect(),
-            powers: all().map(|l| l.score.error.powi(2)).collect(),
-            numbers: all().map(|l| l.score.numbers).collect(),
+            all: all().map(Judged::of).collect(),
             unseen_memories: all().map(unseen).collect(),
             least_share: bench.least_share,
         }
     }
 
     fn mean(&self, at: usize, weights: &[f64]) -> f64 {
-        weighted(self.errors[at], weights) / weights.iter().sum::<f64>()
+        weighted(self.all[at].errors, weights) / weights.iter().sum::<f64>()
     }
 
     /// Those that lose to the best by no more than chance, or by less than every model of a real
     /// joint is wrong by, unless it is clearly better; with blocks weighted.
     pub(crate) fn good(&self, weights: &[f64]) -> Vec<usize> {
-        let all = 0..self.errors.len();
+        let all = 0..self.all.len();
         let means: Vec<f64> = all.clone().map(|at| self.mean(at, weights)).collect();
         let Some(best) = all.clone().min_by(|a, b| means[*a].total_cmp(&means[*b])) else {
             return Vec::new();
         };
-        all.filter(|&at| self.is_as_good(self.judged(at), self.judged(best), weights))
+        all.filter(|&at| self.is_as_good(self.all[at], self.all[best], weights))
             .collect()
-    }
-
-    fn judged(&self, at: usize) -> Judged<'a> {
-        Judged {
-            errors: self.errors[at],
-            power: self.powers[at],
-            effects: self.sets[at].len(),
-        }
     }
 
     /// Whether a set loses no more than that to another one.
@@ -136,7 +122,7 @@ impl<'a> Rivals<'a> {
             .sqrt()
             .max(CRITERIA.least_difference);
         let small = set.power - other.power < self.least_share.powi(2);
-        let in_place = set.effects > 0 && set.effects == other.effects;
+        let in_place = !set.added.is_empty() && set.added.len() == other.added.len();
         let clearly = if in_place { IN_PLACE } else { CRITERIA.clearly };
         mean <= chance || (small && mean < clearly)
     }
@@ -151,9 +137,9 @@ impl<'a> Rivals<'a> {
     pub(crate) fn simpler(&self, than: &Looked) -> Vec<usize> {
         let other = Judged::of(than);
         let weights = vec![1.0; other.errors.len()];
-        let fewer = (0..self.errors.len()).filter(|&at| self.numbers[at] < than.score.numbers);
+        let fewer = (0..self.all.len()).filter(|&at| self.all[at].numbers < other.numbers);
         let mut good: Vec<usize> = fewer
-            .filter(|&at| self.is_as_good(self.judged(at), other, &weights))
+            .filter(|&at| self.is_as_good(self.all[at], other, &weights))
             .collect();
         good.sort_by(|a, b| self.by_simplicity(*a, *b, &weights));
         good
@@ -162,7 +148,7 @@ impl<'a> Rivals<'a> {
     /// That with the fewest numbers first, then that with the fewest memories that were not seen,
     /// then that with the least error.
     fn by_simplicity(&self, a: usize, b: usize, weights: &[f64]) -> Ordering {
-        let order = |at: usize| (self.numbers[at], self.unseen_memories[at]);
+        let order = |at: usize| (self.all[at].numbers, self.unseen_memories[at]);
         let errors = || self.mean(a, weights).total_cmp(&self.mean(b, weights));
         order(a).cmp(&order(b)).then_with(errors)
     }
@@ -178,15 +164,13 @@ impl<'a> Rivals<'a> {
     /// Of some, those that hold no other one of them, with the part that each has.
     fn parts(&self, of: &[usize]) -> Vec<(usize, f64)> {
         let holds = |a: usize, b: usize| {
-            self.sets[b].len() < self.sets[a].len()
-                && self.sets[b]
-                    .iter()
-                    .all(|bound| self.sets[a].contains(bound))
+            let [a, b] = [a, b].map(|at| self.all[at].added);
+            b.len() < a.len() && b.iter().all(|bound| a.contains(bound))
         };
         let new = of.iter().filter(|&&a| !of.iter().any(|&b| holds(a, b)));
-        let least = new.clone().map(|&a| self.numbers[a]).min().unwrap_or(0);
+        let least = new.clone().map(|&a| self.all[a].numbers).min().unwrap_or(0);
         let parts: Vec<(usize, f64)> = new
-            .map(|&a| (a, PER_NUMBER.powi((self.numbers[a] - least) as i32)))
+            .map(|&a| (a, PER_NUMBER.powi((self.all[a].numbers - least) as i32)))
             .collect();
         let whole: f64 = parts.iter().map(|(_, part)| part).sum();
         parts
@@ -197,7 +181,7 @@ impl<'a> Rivals<'a> {
 
     /// Effects that stand alone in one of these sets.
     pub(crate) fn sole(&self, of: &[usize]) -> Vec<AxisEffect> {
-        let sets = of.iter().map(|&at| self.sets[at]);
+        let sets = of.iter().map(|&at| self.all[at].added);
         sets.filter(|set| set.len() == 1)
             .map(|set| set[0])
             .collect()
@@ -207,18 +191,23 @@ impl<'a> Rivals<'a> {
 /// What a set of effects is judged by.
 #[derive(Clone, Copy)]
 struct Judged<'a> {
+    /// The effects that it adds to the base.
+    added: &'a [AxisEffect],
+    /// Log error power of every judged block.
     errors: &'a [f64],
     /// Power that it leaves.
     power: f64,
-    effects: usize,
+    /// Strengths and shape parameters.
+    numbers: usize,
 }
 
 impl<'a> Judged<'a> {
     fn of(looked: &'a Looked) -> Self {
         Self {
+            added: looked.hypothesis.added(),
             errors: &looked.score.log_errors,
             power: looked.score.error.powi(2),
-            effects: looked.hypothesis.added().len(),
+            numbers: looked.score.numbers,
         }
     }
 }
@@ -290,7 +279,10 @@ impl Chances {
                 && unnamed > bound * named;
             chances.unknown += if unknown { each } else { 0.0 };
             for (at, part) in rivals.parts(&rivals.good(&weights)) {
-                let set = rivals.sets[at].iter().filter(|bound| !weak.contains(bound));
+                let set = rivals.all[at]
+                    .added
+                    .iter()
+                    .filter(|bound| !weak.contains(bound));
                 let set: Vec<AxisEffect> = set.copied().collect();
                 if set.is_empty() && !unknown {
                     chances.nothing += part * each;
@@ -327,7 +319,7 @@ impl Chances {
 
 #[cfg(test)]
 mod tests {
-    use super::{Rivals, is_gained, is_refuted};
+    use super::{Judged, Rivals, is_gained, is_refuted};
     use crate::model::effects::AxisEffect;
     use jointwatch_shared::effect::Entry;
 
@@ -366,14 +358,18 @@ mod tests {
             .collect();
         let sets = [vec![], vec![bound("dahl")], vec![bound("bouc_wen")]];
         let rivals = |errors: &[&'static [f64]]| Rivals {
-            sets: sets
+            all: errors
                 .iter()
-                .map(|s: &Vec<AxisEffect>| &*s.clone().leak())
+                .zip(&sets)
+                .zip([(1.0, 2), (0.1, 4), (0.01, 6)])
+                .map(|((errors, set), (power, numbers))| Judged {
+                    added: set.clone().leak(),
+                    errors,
+                    power,
+                    numbers,
+                })
                 .collect(),
-            errors: errors.to_vec(),
-            powers: vec![1.0, 0.1, 0.01],
             unseen_memories: vec![0; errors.len()],
-            numbers: vec![2, 4, 6],
             least_share: 0.005,
         };
         let leak = |v: &Vec<f64>| -> &'static [f64] { v.clone().leak() };
@@ -390,10 +386,11 @@ mod tests {
         // error power, and is not added to it before it leaves a third of the error.
         let better: Vec<f64> = law.iter().map(|e| e - 0.8).collect();
         let mut close = rivals(&[leak(&base), leak(&law), leak(&better)]);
-        close.powers = vec![1.0, 1e-5, 1e-6];
+        close.all[1].power = 1e-5;
+        close.all[2].power = 1e-6;
         assert_eq!(close.good(&alike), [2]);
         let both = vec![bound("dahl"), bound("bouc_wen")];
-        close.sets[2] = both.leak();
+        close.all[2].added = both.leak();
         assert_eq!(close.good(&alike), [1, 2]);
         // With nothing to be gained, nothing is added, and nothing else has a part.
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
