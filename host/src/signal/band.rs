@@ -89,11 +89,11 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
                 sum.finish()
             };
             let spectrum = with_inertia(inertia);
-            let derivatives = if axis.velocity_alone { 1 } else { 2 };
-            let of_motion = match inertia {
-                0.0 => 0.0,
-                _ => inertia * inertia * derived_floor(study, index),
+            let (floor, derivatives) = match inertia {
+                0.0 => (0.0, 0),
+                _ => derived_floor(study, index),
             };
+            let of_motion = inertia * inertia * floor;
             // A derived acceleration has no floor, but a slope, which stands for it below.
             let of_force = match of_motion {
                 0.0 => floor_of(&spectrum, FORCE_FLOOR),
@@ -119,20 +119,23 @@ fn logged(study: &Study, axis: usize, channels: &Channels) -> Vec<f64> {
     }
 }
 
-/// Noise floor of the position or velocity of which an axis's acceleration is derived; 0 where the
-/// acceleration is measured.
-fn derived_floor(study: &Study, axis: usize) -> f64 {
+/// Noise floor of the position or velocity of which an axis's acceleration is derived, and how
+/// often it is differentiated; 0 where the acceleration is measured.
+fn derived_floor(study: &Study, axis: usize) -> (f64, i32) {
     let channels = || study.records.iter().map(|record| &record.axes[axis]);
     if channels().any(|channels| channels.acceleration.is_some()) {
-        return 0.0;
+        return (0.0, 0);
     }
+    let of_velocity =
+        study.axes[axis].velocity_alone && channels().all(|c| c.body_position.is_none());
     let position = |channels: &Channels| match &channels.body_position {
         Some(position) => position.clone(),
         None => logged(study, axis, channels),
     };
     let floor = floor_of(&spectrum_of(study, axis, position), DISPLACEMENT_FLOOR);
     let rounding = channels().map(|channels| rounding(&position(channels), study.sample_rate_hz));
-    rounding.fold(floor, f64::max)
+    let floor = rounding.fold(floor, f64::max);
+    (floor, if of_velocity { 1 } else { 2 })
 }
 
 /// Density of the rounding of a channel that counts in steps, unit² per Hz: a twelfth of a step

@@ -165,7 +165,13 @@ impl Survey {
         let end = ends.max().map_or(looked_at, |last| last + 1);
         let columns: Vec<SurveyedColumn> = kept
             .into_iter()
-            .map(|c| surveyed(c.name.clone(), c.unit.clone(), c.values[..end].to_vec()))
+            .map(|c| {
+                surveyed(
+                    c.name.clone(),
+                    c.unit.clone(),
+                    c.values[..end.min(c.values.len())].to_vec(),
+                )
+            })
             .collect();
         let heading = self.heading.iter().zip(own);
         let heading = heading.map(|(name, own)| if *own { name.clone() } else { String::new() });

@@ -131,6 +131,26 @@ fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
     );
 }
 
+/// Two thermometers and two columns of words are no second run of one displacement.
+#[test]
+fn names_that_stand_twice_beside_one_force_make_no_runs() {
+    let dir = TempDir::new().unwrap();
+    let mut text = String::from("time,displacement,force,T,RH,T,RH,phase,state,phase,state\n");
+    for i in 0..2000 {
+        let warm = f64::from(i) * 1e-3;
+        writeln!(
+            text,
+            "{},2{warm},4{warm},2{warm},4{warm},up,ok,up,ok",
+            cells(row(i, 2.0))
+        )
+        .unwrap();
+    }
+    fs::write(dir.path().join("sheet.csv"), text).unwrap();
+    succeed(dir.path(), &["init", "--yes", "sheet.csv"]);
+    let study = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    assert!(!study.contains("columns = ["), "{study}");
+}
+
 /// Two columns without a heading, the force first: which is which shows in the work.
 #[test]
 fn two_columns_without_names_are_told_apart_by_the_work_that_the_joint_takes_in() {

@@ -5,24 +5,30 @@ use crate::study::survey::Survey;
 
 /// A log for each of the runs in a log; itself where it holds one.
 ///
-/// Every name stands there as often as there are runs, or once: then all runs have the column.
+/// Every column of numbers stands there as often as there are runs, but for a time that they share:
+/// a second thermometer makes no second run.
 pub(super) fn side_by_side(survey: &Survey) -> Vec<Survey> {
     let times = |name: &str| survey.heading.iter().filter(|n| *n == name).count();
-    let named = survey.heading.iter().filter(|name| !name.is_empty());
-    let counts: Vec<usize> = named.map(|name| times(name)).collect();
-    let runs = counts.iter().copied().max().unwrap_or(1);
-    let repeated = counts.iter().filter(|count| **count == runs).count();
-    let even = counts.iter().all(|count| [1, runs].contains(count));
+    let measured = survey.columns.iter();
+    let measured = measured.filter(|c| c.missing < c.values.len());
+    let counts: Vec<(usize, bool)> = measured
+        .map(|c| (times(&c.name), c.named.time > 0))
+        .collect();
+    let runs = counts.iter().map(|(count, _)| *count).max().unwrap_or(1);
+    let repeated = counts.iter().filter(|(count, _)| *count == runs).count();
+    let even = counts
+        .iter()
+        .all(|(count, is_time)| *count == runs || *count == 1 && *is_time);
     // One name alone that stands there again is the same channel twice, or a slip.
     if runs < 2 || !even || repeated < 2 * runs {
         return vec![survey.clone()];
     }
     (0..runs)
         .map(|run| {
-            let mut seen = Vec::new();
+            let mut seen: Vec<&str> = Vec::new();
             let own = survey.heading.iter().map(|name| {
-                let before = seen.iter().filter(|n| *n == name).count();
-                seen.push(name.clone());
+                let before = seen.iter().filter(|n| **n == name).count();
+                seen.push(name);
                 times(name) == 1 || before == run
             });
             survey.of_columns(&own.collect::<Vec<bool>>())

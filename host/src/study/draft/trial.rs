@@ -189,8 +189,8 @@ pub(super) struct Trial<'a> {
     pub(super) fitted: Fitted,
     /// The same with dry friction.
     pub(super) beside_friction: Option<Fitted>,
-    /// The same without an inertia: where the motion has one frequency, a spring and a mass are one
-    /// to the force.
+    /// The same without an inertia: where the motion has one frequency, a spring and a mass are
+    /// one to the force.
     pub(super) without_inertia: Option<Fitted>,
     /// Work of the force along the displacement, and what it would be without a change of sign.
     pub(super) work: [f64; 2],
@@ -223,8 +223,8 @@ impl Trial<'_> {
     /// its own.
     pub(super) fn shows_inertia(&self) -> bool {
         let inertia = self.fitted.coefficients[0];
-        // By its own position a body is accelerated against its joint: a mass of the other sign is a
-        // stiffness that rises with frequency.
+        // By its own position a body is accelerated against its joint: a mass of the other sign is
+        // a stiffness that rises with frequency.
         let by_position = self.acceleration.is_none() && self.second.is_none();
         let stiffens = by_position && inertia * self.resists(&self.fitted, false) < 0.0;
         let beside = self.beside_friction.as_ref();
