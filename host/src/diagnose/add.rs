@@ -4,6 +4,7 @@
 use crate::assess::compare::{self, RecordFigures};
 use crate::assess::noise_floor;
 use crate::diagnose::PerAxis;
+use crate::diagnose::later::{DELAY, delays_of, read_later};
 use crate::diagnose::meaningless::{cancelled, undetermined, unphysical};
 use crate::diagnose::search::start::start;
 use crate::fit::effects::columns::Records;
@@ -385,12 +386,18 @@ pub(crate) fn held_out_errors(
     prepared: &Prepared,
     model: &ModelFile,
 ) -> Result<Vec<AxisError>> {
-    let training = prepared.training(study);
-    let terms: Vec<(AxisEffect, Vec<f64>)> = model
+    // By more than a small part of a period the law of a delay, its first order, is none.
+    let in_time = read_later(prepared, delays_of(model)?);
+    let training = in_time.training(study);
+    let mut terms: Vec<(AxisEffect, Vec<f64>)> = model
         .effects_in_si()?
         .into_iter()
         .map(|term| (AxisEffect::from(&term), term.values))
         .collect();
+    let late = terms
+        .iter_mut()
+        .filter(|(term, _)| term.entry.about.name == DELAY);
+    late.for_each(|(_, values)| values.fill(0.0));
     let ridge = strengths(prepared, study, model);
     OnRecords::new(&study.axes, &training, model)?.held_out_errors(&terms, &ridge)
 }

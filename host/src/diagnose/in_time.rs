@@ -9,13 +9,13 @@
 
 use super::answer::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
 use super::criteria::CRITERIA;
+use super::later::{DELAY, delays_of, read_later, shift};
 use super::search::bench::rows_of;
 use super::verdict::{Asked, answer};
 use crate::fit::effects::columns::{Records, Sample};
 use crate::fit::effects::projection::product;
 use crate::fit::identify::Prepared;
 use crate::fit::least_squares::bounded;
-use crate::model::corrections::later;
 use crate::model::file::ModelFile;
 use crate::signal::motion::{Filters, Motion};
 use crate::study::Study;
@@ -23,7 +23,6 @@ use crate::text::error::Result;
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
 use rayon::prelude::*;
-use std::borrow::Cow;
 
 /// Shifts either way that are tried, and how many of them make a period at the upper end of the
 /// band.
@@ -35,8 +34,6 @@ const FINE: f64 = 0.1;
 const MAX_ROWS: usize = 20_000;
 /// A shift that leaves less than this part of the power may be a late channel.
 const LEFT: f64 = 0.5;
-
-const NAME: &str = "time_delay";
 
 /// Diagnoses a model on a study.
 ///
@@ -66,10 +63,7 @@ pub(super) fn diagnose_prepared(
     model: &ModelFile,
     asked: &Asked,
 ) -> Result<Diagnosis> {
-    let known = model
-        .corrections()?
-        .force
-        .map(|correction| correction.delay_s);
+    let known = delays_of(model)?;
     let in_time = read_later(prepared, known);
     let diagnosis = answer(study, prepared, &in_time, model, asked)?;
     // A late force makes loops that no effect describes well.
@@ -77,8 +71,8 @@ pub(super) fn diagnose_prepared(
         return Ok(diagnosis);
     }
     let never = |axis: usize| {
-        let on_axis = format!("{NAME}@{}", study.axes[axis].name);
-        asked.without.iter().any(|w| w == NAME || *w == on_axis)
+        let on_axis = format!("{DELAY}@{}", study.axes[axis].name);
+        asked.without.iter().any(|w| w == DELAY || *w == on_axis)
     };
     let late = lateness(study, &in_time.training(study), &model.filters);
     for (axis, delay_s) in late.into_iter().enumerate() {
@@ -98,29 +92,6 @@ pub(super) fn diagnose_prepared(
         }
     }
     Ok(diagnosis)
-}
-
-/// The motions with every force channel read later by so many seconds.
-fn read_later(prepared: &Prepared, delays_s: [f64; 2]) -> Cow<'_, Prepared> {
-    if delays_s == [0.0; 2] {
-        return Cow::Borrowed(prepared);
-    }
-    let mut prepared = prepared.clone();
-    for motion in &mut prepared.motions {
-        for (axis, delay_s) in delays_s.into_iter().enumerate().take(motion.force.len()) {
-            shift(motion, axis, delay_s);
-        }
-    }
-    Cow::Owned(prepared)
-}
-
-/// Reads the force channel of an axis later.
-fn shift(motion: &mut Motion, axis: usize, delay_s: f64) {
-    let read = later(&motion.applied_force(axis), delay_s * motion.sample_rate_hz);
-    motion.force[axis] = match &motion.ground[axis] {
-        None => read,
-        Some(ground) => read.iter().zip(ground).map(|(f, g)| f - g).collect(),
-    };
 }
 
 /// Per axis, by how many seconds the force channel may be later than the motions say, where it is.
@@ -226,23 +197,23 @@ fn curve(records: &Records<'_>, axis: usize) -> Vec<Vec<f64>> {
 
 /// What is said of the records put in time, with the delay as the first of what was found.
 fn with_delay(mut said: Diagnosis, as_logged: &Diagnosis, axis: &str, delay_s: f64) -> Diagnosis {
-    let own = |f: &Found| f.effect == NAME && f.axis == axis;
+    let own = |f: &Found| f.effect == DELAY && f.axis == axis;
     said.found.retain(|f| !own(f));
     said.found.insert(
         0,
         Found {
-            effect: NAME.into(),
+            effect: DELAY.into(),
             axis: axis.into(),
         },
     );
     let of = |errors: &PerAxis| errors.get(axis).copied().unwrap_or(f64::NAN);
     let [before, after] = [as_logged, &said].map(|d| of(&d.relative_error_after));
     said.ranked
-        .retain(|r| !(r.effect == NAME && r.axis == axis));
+        .retain(|r| !(r.effect == DELAY && r.axis == axis));
     said.ranked.insert(
         0,
         Ranked {
-            effect: NAME.into(),
+            effect: DELAY.into(),
             axis: axis.into(),
             equivalent: Vec::new(),
             probability: 1.0,
@@ -257,12 +228,12 @@ fn with_delay(mut said: Diagnosis, as_logged: &Diagnosis, axis: &str, delay_s: f
                 unit: "s".into(),
                 interval: None,
             }],
-            separating_experiment: Entry::named(NAME)
+            separating_experiment: Entry::named(DELAY)
                 .map_or("", |entry| entry.about.separated_by)
                 .into(),
         },
     );
-    said.probabilities.insert(format!("{NAME}@{axis}"), 1.0);
+    said.probabilities.insert(format!("{DELAY}@{axis}"), 1.0);
     said.probabilities.insert("none".into(), 0.0);
     said.relative_error_before
         .clone_from(&as_logged.relative_error_before);

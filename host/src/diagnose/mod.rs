@@ -12,6 +12,7 @@ mod criteria;
 mod decide;
 mod errors;
 mod in_time;
+mod later;
 mod learner;
 mod meaningless;
 mod notes;

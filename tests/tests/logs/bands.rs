@@ -1,7 +1,7 @@
 //! The band that a log supports: no wider than the noise of what was logged allows, and wide enough
 //! to try an effect.
 
-use jointwatch::{Kind, MemoryLog, Study, Verdict, diagnose, identify};
+use jointwatch::{Kind, MemoryLog, Study, Verdict, add, diagnose, identify};
 use std::f64::consts::TAU;
 
 /// Numbers from −0.5 to 0.5 that repeat for a seed.
@@ -53,6 +53,54 @@ fn the_steps_of_a_logged_velocity_end_the_band_of_its_inertia_force() {
     assert!(model.filters.band_hz < 50.0, "{}", model.filters.reason);
     let inertia = model.axes[0].inertia;
     assert!((inertia / INERTIA - 1.0).abs() < 0.06, "{inertia}");
+}
+
+/// The same drive by which the velocity is four samples late: half of a period at the band's end, of
+/// which the first order of a shift is no description.
+#[test]
+fn a_delay_of_much_of_a_period_is_added_and_inertia_and_damping_come_out() {
+    const RATE_HZ: f64 = 1100.0;
+    const INERTIA: f64 = 1e-4;
+    const DAMPING: f64 = 4e-3;
+    const LATE: usize = 4;
+    let mut drive = noise(5);
+    let (mut wanted, mut speed) = (0.0, 0.0_f64);
+    let (mut velocity, mut torque) = (Vec::new(), Vec::new());
+    for _ in 0..3000 {
+        wanted += 0.3 * (0.02 * drive() - wanted);
+        torque.push(wanted + 1e-3 * drive());
+        velocity.push((speed / 0.06).round() * 0.06);
+        speed += (wanted - DAMPING * speed) / INERTIA / RATE_HZ;
+    }
+    velocity.truncate(velocity.len() - LATE);
+    torque.drain(..LATE);
+    let axis = "name = \"phi\"\nkind = \"rotation\"\nvelocity = \"v\"\nforce = \"M\"\n\
+                restoring_force = \"force_minus_inertia\"";
+    let columns = vec![("v".into(), velocity), ("M".into(), torque)];
+    let study = study(axis, "viscous@phi", RATE_HZ, columns);
+    let model = identify(&study, Kind::Physical).unwrap();
+    let added = add(&study, &model, &["time_delay@phi".into()]).unwrap();
+    let (before, after) = (&added.errors.before[0], &added.errors.after[0]);
+    assert!(
+        after.relative_error < 0.3 * before.relative_error,
+        "{:?}",
+        added.errors
+    );
+    let inertia = added.model.axes[0].inertia;
+    assert!((inertia / INERTIA - 1.0).abs() < 0.1, "{inertia}");
+    let of = |effect: &str| {
+        let all = added.model.effects.iter();
+        let mut own = all.filter(|e| e.effect == effect);
+        own.next().expect("the effect").parameters[0].value
+    };
+    assert!(
+        (of("viscous") / DAMPING - 1.0).abs() < 0.05,
+        "{}",
+        of("viscous")
+    );
+    // From one sample to the next, a step comes half a sample later still.
+    let late = -of("time_delay") * RATE_HZ;
+    assert!((4.0..5.0).contains(&late), "{late} samples");
 }
 
 /// A slow test in a testing machine, of half a cycle: nearly all of the force's power lies within

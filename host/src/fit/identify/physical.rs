@@ -14,8 +14,10 @@ use crate::text::error::{Error, Result};
 use jointwatch_shared::base::axis::AxisKind;
 use jointwatch_shared::base::corrections::ForceCorrection;
 
-/// How often late channels are shifted before the last fit.
-const SHIFTS: usize = 2;
+/// How often late channels are shifted before the last fit, at least and at most.
+const SHIFTS: [usize; 2] = [2, 12];
+/// Samples that a shift may leave for that fit.
+const LEFT: f64 = 0.02;
 /// What is believed of an axis when the study says nothing.
 const DEFAULT_TERMS: [&str; 3] = ["stiffness", "viscous", "preload"];
 /// The same where there is no time.
@@ -81,7 +83,8 @@ pub(crate) fn fit_alone(
 ///
 /// The law of a delay is the first order of a shift. What the second order leaves would be taken
 /// for a wrong gain, so the channels are shifted by what was found and the rest is found anew
-/// (Gauss–Newton).
+/// (Gauss–Newton), until next to nothing is left: of a delay that is much of a period in the band,
+/// one step finds a part.
 pub(crate) fn fit_in_time<T>(
     study: &Study,
     prepared: &Prepared,
@@ -108,7 +111,13 @@ pub(crate) fn fit_in_time<T>(
         force: [ForceCorrection::NONE; 2],
         per_record: Vec::new(),
     };
-    for _ in 0..SHIFTS {
+    let [least, most] = SHIFTS;
+    for shifts in 0..most {
+        let rest = fit.terms.iter().filter(|term| late(term));
+        let rest = rest.map(|term| term.values[0].abs() * study.sample_rate_hz);
+        if shifts >= least && rest.fold(0.0, f64::max) < LEFT {
+            break;
+        }
         for term in fit.terms.iter().filter(|term| late(term)) {
             delays.force[term.bound.axis].delay_s += term.values[0];
         }
