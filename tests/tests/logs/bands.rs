@@ -55,8 +55,8 @@ fn the_steps_of_a_logged_velocity_end_the_band_of_its_inertia_force() {
     assert!((inertia / INERTIA - 1.0).abs() < 0.06, "{inertia}");
 }
 
-/// The same drive by which the velocity is four samples late: half of a period at the band's end, of
-/// which the first order of a shift is no description.
+/// The same drive by which the velocity is four samples late: half of a period at the band's end,
+/// of which the first order of a shift is no description.
 #[test]
 fn a_delay_of_much_of_a_period_is_added_and_inertia_and_damping_come_out() {
     const RATE_HZ: f64 = 1100.0;
