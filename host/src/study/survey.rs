@@ -182,7 +182,9 @@ impl Survey {
             heading: heading.collect(),
             states_heading: true,
             ends_early: end < looked_at,
-            ..self.clone()
+            file: self.file.clone(),
+            format: self.format.clone(),
+            notes: self.notes.clone(),
         }
     }
 

@@ -1,19 +1,9 @@
 //! The band that a log supports: no wider than the noise of what was logged allows, and wide enough
 //! to try an effect.
 
+use crate::noise::noise;
 use jointwatch::{Kind, MemoryLog, Study, Verdict, add, diagnose, identify};
 use std::f64::consts::TAU;
-
-/// Numbers from −0.5 to 0.5 that repeat for a seed.
-fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
-    }
-}
 
 fn study(axis: &str, terms: &str, rate_hz: f64, columns: Vec<(String, Vec<f64>)>) -> Study {
     let text = format!(
@@ -27,57 +17,48 @@ fn study(axis: &str, terms: &str, rate_hz: f64, columns: Vec<(String, Vec<f64>)>
     Study::of_memory("memory", &text, &[log]).unwrap()
 }
 
-/// A motor on a torque sensor whose velocity comes in steps that are a third of its size: rounding
-/// in a derived acceleration is taken for inertia force by a wide band, and for none by least
-/// squares.
-#[test]
-fn the_steps_of_a_logged_velocity_end_the_band_of_its_inertia_force() {
-    const RATE_HZ: f64 = 1100.0;
-    const INERTIA: f64 = 1e-4;
-    const DAMPING: f64 = 4e-3;
+const MOTOR_HZ: f64 = 1100.0;
+const INERTIA: f64 = 1e-4;
+const DAMPING: f64 = 4e-3;
+
+/// A motor on a torque sensor: its drive is noise behind a lag that takes `follows` of what is left
+/// in each row, and its velocity comes in steps and `late` rows after the torque.
+fn motor(seed: u64, rows: usize, (follows, torque_noise): (f64, f64), late: usize) -> Study {
     const STEP: f64 = 0.06;
-    let mut drive = noise(3);
+    let mut noise = noise(seed);
+    let mut drive = || 0.5 * noise();
     let (mut wanted, mut speed) = (0.0, 0.0_f64);
     let (mut velocity, mut torque) = (Vec::new(), Vec::new());
-    for _ in 0..4000 {
-        wanted += 0.05 * (0.02 * drive() - wanted);
-        torque.push(wanted + 1e-6 * drive());
+    for _ in 0..rows {
+        wanted += follows * (0.02 * drive() - wanted);
+        torque.push(wanted + torque_noise * drive());
         velocity.push((speed / STEP).round() * STEP);
-        speed += (wanted - DAMPING * speed) / INERTIA / RATE_HZ;
+        speed += (wanted - DAMPING * speed) / INERTIA / MOTOR_HZ;
     }
+    velocity.truncate(rows - late);
+    torque.drain(..late);
     let axis = "name = \"phi\"\nkind = \"rotation\"\nvelocity = \"v\"\nforce = \"M\"\n\
                 restoring_force = \"force_minus_inertia\"";
     let columns = vec![("v".into(), velocity), ("M".into(), torque)];
-    let study = study(axis, "viscous@phi", RATE_HZ, columns);
+    study(axis, "viscous@phi", MOTOR_HZ, columns)
+}
+
+/// The steps are a third of the velocity's size: rounding in a derived acceleration is taken for
+/// inertia force by a wide band, and for none by least squares.
+#[test]
+fn the_steps_of_a_logged_velocity_end_the_band_of_its_inertia_force() {
+    let study = motor(3, 4000, (0.05, 1e-6), 0);
     let model = identify(&study, Kind::Physical).unwrap();
     assert!(model.filters.band_hz < 50.0, "{}", model.filters.reason);
     let inertia = model.axes[0].inertia;
     assert!((inertia / INERTIA - 1.0).abs() < 0.06, "{inertia}");
 }
 
-/// The same drive by which the velocity is four samples late: half of a period at the band's end,
-/// of which the first order of a shift is no description.
+/// The velocity is four samples late: half of a period at the band's end, of which the first order
+/// of a shift is no description.
 #[test]
 fn a_delay_of_much_of_a_period_is_added_and_inertia_and_damping_come_out() {
-    const RATE_HZ: f64 = 1100.0;
-    const INERTIA: f64 = 1e-4;
-    const DAMPING: f64 = 4e-3;
-    const LATE: usize = 4;
-    let mut drive = noise(5);
-    let (mut wanted, mut speed) = (0.0, 0.0_f64);
-    let (mut velocity, mut torque) = (Vec::new(), Vec::new());
-    for _ in 0..3000 {
-        wanted += 0.3 * (0.02 * drive() - wanted);
-        torque.push(wanted + 1e-3 * drive());
-        velocity.push((speed / 0.06).round() * 0.06);
-        speed += (wanted - DAMPING * speed) / INERTIA / RATE_HZ;
-    }
-    velocity.truncate(velocity.len() - LATE);
-    torque.drain(..LATE);
-    let axis = "name = \"phi\"\nkind = \"rotation\"\nvelocity = \"v\"\nforce = \"M\"\n\
-                restoring_force = \"force_minus_inertia\"";
-    let columns = vec![("v".into(), velocity), ("M".into(), torque)];
-    let study = study(axis, "viscous@phi", RATE_HZ, columns);
+    let study = motor(5, 3000, (0.3, 1e-3), 4);
     let model = identify(&study, Kind::Physical).unwrap();
     let added = add(&study, &model, &["time_delay@phi".into()]).unwrap();
     let (before, after) = (&added.errors.before[0], &added.errors.after[0]);
@@ -99,7 +80,7 @@ fn a_delay_of_much_of_a_period_is_added_and_inertia_and_damping_come_out() {
         of("viscous")
     );
     // From one sample to the next, a step comes half a sample later still.
-    let late = -of("time_delay") * RATE_HZ;
+    let late = -of("time_delay") * MOTOR_HZ;
     assert!((4.0..5.0).contains(&late), "{late} samples");
 }
 
@@ -115,7 +96,7 @@ fn a_short_slow_log_is_not_too_short_for_two_effects() {
         let at = 0.01 * (1.0 - (-t / 3.0).exp()) * (TAU * t / 60.0).sin();
         slider = slider.clamp(at - 1e-3, at + 1e-3);
         x.push(at);
-        force.push(4e4 * at + 6e8 * at.powi(3) + 1e5 * (at - slider) + 0.2 * random());
+        force.push(4e4 * at + 6e8 * at.powi(3) + 1e5 * (at - slider) + 0.1 * random());
     }
     let axis =
         "name = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0";

@@ -10,6 +10,7 @@ mod free_motion;
 mod late_force;
 mod log_formats;
 mod long_records;
+mod noise;
 mod odd_logs;
 mod one_way;
 mod quasi_static;

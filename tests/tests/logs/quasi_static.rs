@@ -1,6 +1,7 @@
 //! Logs without time: laws of the path alone come back from them, whatever the rows, and nothing is
 //! reported per second.
 
+use crate::noise::noise;
 use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::study::{MemoryLog, Study};
@@ -14,17 +15,6 @@ use tempfile::TempDir;
 const STIFFNESS: f64 = 4.0e4;
 const FRICTION: f64 = 25.0;
 const SLIP: f64 = 2.0e-4;
-
-/// Even noise from −1 to 1.
-fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
-    }
-}
 
 /// Loops of many sizes: reversals at random places, steps of up to `step` metres between them.
 fn path(seed: u64, step: f64) -> Vec<f64> {

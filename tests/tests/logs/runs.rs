@@ -1,5 +1,5 @@
-//! What test stands hand over as one test: a drive of one frequency, runs side by side in one sheet,
-//! a run that was broken off.
+//! What test stands hand over as one test: a drive of one frequency, runs side by side in one
+//! sheet, a run that was broken off.
 
 use jointwatch_tests::program::{fail, run, succeed};
 use serde_json::Value;

@@ -12,6 +12,7 @@ use crate::study::time::pieces::{MIN_ROWS, TOO_FINE, density};
 use crate::study::time::sampling::are_even;
 use crate::study::time::{RATE_TOLERANCE, round_rate};
 use crate::text::error::{Error, Result};
+use std::borrow::Cow;
 
 /// A round rate that is as near as this, relative, does for uneven times.
 const NEAR_RATE: f64 = 0.02;
@@ -92,31 +93,37 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
 }
 
 /// The runs in the logs that have rows enough for a record, or all where none has.
-fn runs_of(surveys: &[Survey], findings: &mut Vec<String>) -> Vec<Survey> {
-    let mut runs = Vec::new();
+fn runs_of<'a>(surveys: &'a [Survey], findings: &mut Vec<String>) -> Cow<'a, [Survey]> {
+    let mut runs: Vec<Cow<'_, Survey>> = Vec::new();
     for survey in surveys {
-        let own = side_by_side(survey);
-        if let [_, _, ..] = own.as_slice() {
-            findings.push(format!(
-                "{} names its columns {} times, so it is read as so many runs side by side",
-                survey.file,
-                own.len()
-            ));
-        }
-        runs.extend(own);
+        let Some(own) = side_by_side(survey) else {
+            runs.push(Cow::Borrowed(survey));
+            continue;
+        };
+        findings.push(format!(
+            "{} names its columns {} times, so it is read as so many runs side by side",
+            survey.file,
+            own.len()
+        ));
+        runs.extend(own.into_iter().map(Cow::Owned));
     }
-    let (long, short): (Vec<Survey>, Vec<Survey>) =
-        runs.into_iter().partition(|run| run.rows >= MIN_ROWS);
-    if long.is_empty() {
-        return short;
+    if runs.iter().any(|run| run.rows >= MIN_ROWS) {
+        runs.retain(|run| {
+            let enough = run.rows >= MIN_ROWS;
+            findings.extend((!enough).then(|| {
+                format!(
+                    "{} has {} rows, and a record needs at least {MIN_ROWS}, so it is left out",
+                    run.file, run.rows
+                )
+            }));
+            enough
+        });
     }
-    findings.extend(short.iter().map(|run| {
-        format!(
-            "{} has {} rows, and a record needs at least {MIN_ROWS}, so it is left out",
-            run.file, run.rows
-        )
-    }));
-    long
+    let is_whole = |run: &Cow<'_, Survey>| matches!(run, Cow::Borrowed(_));
+    match runs.len() == surveys.len() && runs.iter().all(is_whole) {
+        true => Cow::Borrowed(surveys),
+        false => Cow::Owned(runs.into_iter().map(Cow::into_owned).collect()),
+    }
 }
 
 /// Why no column of a log is taken for its time.

@@ -5,7 +5,7 @@
 //! began, or loses next to nothing, tells neither.
 
 use super::parts::{Log, Said};
-use super::trial::LOSSY;
+use super::trial::{LOSSY, with_work};
 use crate::study::survey::SurveyedColumn;
 
 /// Correlation of displacement and force from which on the sign of the stiffness is told.
@@ -55,10 +55,8 @@ pub(super) fn roles(
 #[derive(Default)]
 struct Sums {
     products: [f64; 3],
-    /// ∫ b·da and ∫ a·db.
-    work: [f64; 2],
-    /// The same without a change of sign.
-    way: [f64; 2],
+    /// ∫ b·da and ∫ a·db, each with what it would be without a change of sign.
+    work: [[f64; 2]; 2],
 }
 
 impl Sums {
@@ -73,16 +71,10 @@ impl Sums {
             self.products[1] += b * b;
             self.products[2] += a * b;
         }
-        for (a, b) in a.windows(2).zip(b.windows(2)) {
-            let done = [
-                f64::midpoint(b[0], b[1]) * (a[1] - a[0]),
-                f64::midpoint(a[0], a[1]) * (b[1] - b[0]),
-            ];
-            for (at, done) in done.into_iter().enumerate() {
-                self.work[at] += done;
-                self.way[at] += done.abs();
-            }
-        }
+        self.work = [
+            with_work(self.work[0], &a, &b),
+            with_work(self.work[1], &b, &a),
+        ];
     }
 
     fn first_is_displacement(&self) -> Option<bool> {
@@ -90,7 +82,9 @@ impl Sums {
         if correlation.abs() < PULLS_BACK {
             return None;
         }
-        let taken_in = [0, 1].map(|at| correlation.signum() * self.work[at] / self.way[at]);
+        let taken_in = self
+            .work
+            .map(|[sum, size]| correlation.signum() * sum / size);
         match taken_in {
             [a, b] if a > LOSSY && b < 0.0 => Some(true),
             [a, b] if a < 0.0 && b > LOSSY => Some(false),

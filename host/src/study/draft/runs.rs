@@ -3,11 +3,11 @@
 
 use crate::study::survey::Survey;
 
-/// A log for each of the runs in a log; itself where it holds one.
+/// A log for each of the runs in a log; `None` where it holds one.
 ///
 /// Every column of numbers stands there as often as there are runs, but for a time that they share:
 /// a second thermometer makes no second run.
-pub(super) fn side_by_side(survey: &Survey) -> Vec<Survey> {
+pub(super) fn side_by_side(survey: &Survey) -> Option<Vec<Survey>> {
     let times = |name: &str| survey.heading.iter().filter(|n| *n == name).count();
     let measured = survey.columns.iter();
     let measured = measured.filter(|c| c.missing < c.values.len());
@@ -21,17 +21,14 @@ pub(super) fn side_by_side(survey: &Survey) -> Vec<Survey> {
         .all(|(count, is_time)| *count == runs || *count == 1 && *is_time);
     // One name alone that stands there again is the same channel twice, or a slip.
     if runs < 2 || !even || repeated < 2 * runs {
-        return vec![survey.clone()];
+        return None;
     }
-    (0..runs)
-        .map(|run| {
-            let mut seen: Vec<&str> = Vec::new();
-            let own = survey.heading.iter().map(|name| {
-                let before = seen.iter().filter(|n| **n == name).count();
-                seen.push(name);
-                times(name) == 1 || before == run
-            });
-            survey.of_columns(&own.collect::<Vec<bool>>())
-        })
-        .collect()
+    let all = (0..runs).map(|run| {
+        let own = survey.heading.iter().enumerate().map(|(at, name)| {
+            let before = survey.heading[..at].iter().filter(|n| *n == name);
+            times(name) == 1 || before.count() == run
+        });
+        survey.of_columns(&own.collect::<Vec<bool>>())
+    });
+    Some(all.collect())
 }

@@ -288,7 +288,7 @@ pub(super) fn accelerometer<'a>(
 }
 
 /// Work that is done along a path and its size to and fro, beside those of other paths.
-fn with_work(before: [f64; 2], x: &[f64], f: &[f64]) -> [f64; 2] {
+pub(super) fn with_work(before: [f64; 2], x: &[f64], f: &[f64]) -> [f64; 2] {
     let steps = x.windows(2).zip(f.windows(2));
     steps.fold(before, |[sum, size], (x, f)| {
         let done = f64::midpoint(f[0], f[1]) * (x[1] - x[0]);
@@ -352,14 +352,7 @@ fn trial<'a>(
         let [low, high] = extent(x.iter().copied());
         turns = turns.max(high - low);
     }
-    let mut solved = fits.iter().map(|[alone, beside]| {
-        let without = alone.solve_without(0);
-        [
-            alone.solve().or_else(|| without.clone()),
-            beside.solve(),
-            without,
-        ]
-    });
+    let mut solved = fits.iter().map(solved);
     let spring = solved.next()?;
     let most = BETTER * spring[0].as_ref()?.rest;
     let weight = solved.next().filter(|[alone, _, _]| {
@@ -381,6 +374,14 @@ fn trial<'a>(
         without_inertia,
         work,
     })
+}
+
+/// A fit with an inertia where the motion tells one, the same beside dry friction, and without an
+/// inertia.
+fn solved([alone, beside]: &[Linear; 2]) -> [Option<Fitted>; 3] {
+    let without = alone.solve_without(0);
+    let fitted = alone.solve().or_else(|| without.clone());
+    [fitted, beside.solve(), without]
 }
 
 /// Whether a series is another one times a factor.
