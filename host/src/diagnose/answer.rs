@@ -148,6 +148,9 @@ pub struct Diagnosis {
     pub relative_error_after: PerAxis,
     /// What no model can go below.
     pub noise_floor: PerAxis,
+    /// Mean square of the force about its mean, beside its mean square.
+    #[serde(skip)]
+    pub(crate) moving: PerAxis,
     /// Everything that is missing, in the order in which it was added.
     pub found: Vec<Found>,
     /// Candidates for the first of them, best first.

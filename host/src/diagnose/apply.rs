@@ -234,13 +234,17 @@ fn listed(found: &[Found]) -> String {
 
 /// Whether what was found last explains next to nothing of all that is explained beside the model
 /// that was brought, and not most of what was left either.
+///
+/// A constant force counts for nothing: that of a preload may be many times what moves.
 fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
     let power = |errors: &PerAxis| errors.values().map(|e| e * e).sum::<f64>();
     let (before, after) = (
         power(&last.relative_error_before),
         power(&last.relative_error_after),
     );
-    let share = CRITERIA.least_importance * (power(&first.relative_error_before) - after);
+    let axes = first.relative_error_before.iter();
+    let all = axes.map(|(axis, error)| (error * error).min(first.moving[axis]));
+    let share = CRITERIA.least_importance * (all.sum::<f64>() - after);
     before - after < share && before < MOST_OF_WHAT_WAS_LEFT * after
 }
 

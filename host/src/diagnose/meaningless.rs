@@ -1,9 +1,8 @@
 //! Values of a fit that mean nothing by themselves: those that an effect cannot have, and those of
 //! effects that cancel, as one does whose force is several times what is measured.
 
-use super::search::bench::MAX_FORCE;
 use crate::fit::effects::columns::Records;
-use crate::fit::effects::unknowns::is_physical;
+use crate::fit::effects::unknowns::{MAX_FORCE, is_physical};
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::{AxisEffect, ModelEffect};
 use crate::model::file::ModelFile;

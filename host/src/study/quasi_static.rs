@@ -43,6 +43,11 @@ pub(crate) fn effects_in_time() -> impl Iterator<Item = String> {
 /// or one count left out; 0 before the first step.
 pub(super) fn direction(displacement: &[f64], count: Option<f64>) -> Vec<f64> {
     let reach = (2.0 * REVERSES * noise(displacement)).max(count.unwrap_or(0.0));
+    direction_beyond(displacement, reach)
+}
+
+/// The same, with reversals of no more than `reach` left out.
+pub(super) fn direction_beyond(displacement: &[f64], reach: f64) -> Vec<f64> {
     let mut direction = vec![0.0; displacement.len()];
     let mut towards = 0.0;
     // The farthest row so far in the direction of travel; what comes after it turns round when

@@ -58,19 +58,23 @@ pub(super) fn noise(row: u32, shift: f64) -> f64 {
     ((f64::from(row) + shift) * 12.9898).sin() * 43758.5453 % 1.0
 }
 
-/// A pendulum with dry friction and drag that is let go.
-fn swings_out(from: f64, losses: Losses) -> String {
+/// A pendulum with dry friction and drag that is let go, after a hand has moved it through these
+/// angles.
+fn swings_out(hand: &[f64], from: f64, losses: Losses) -> String {
     let mut text = String::from("t,q\n");
+    let before = hand.iter().chain(std::iter::repeat(&0.0));
     let mut state = [from, 0.0];
     let dt = 1.0 / RATE_HZ / 10.0;
     let acceleration = |q: f64, v: f64, _: f64| {
         let lost = losses.drag * v * v.abs() + losses.friction * (v / 2e-3).tanh();
         -(WEIGHT * q.sin() + lost) / INERTIA
     };
-    for row in 0..7500 {
-        let q = state[0] + losses.noise * noise(row, from);
-        writeln!(text, "{:.4},{q:.8}", f64::from(row) / RATE_HZ).unwrap();
-        for _ in 0..10 {
+    for (row, moved) in (0..7500 + hand.len()).zip(before) {
+        let is_held = row < hand.len();
+        let angle = if is_held { *moved } else { state[0] };
+        let q = angle + losses.noise * noise(row as u32, from);
+        writeln!(text, "{:.4},{q:.8}", row as f64 / RATE_HZ).unwrap();
+        for _ in 0..if is_held { 0 } else { 10 } {
             state = step(state, 0.0, dt, &acceleration);
         }
     }
@@ -86,7 +90,11 @@ fn pendulum(folder: &Path, force: &str, inertia: &str, losses: Losses) {
     );
     fs::write(folder.join("study.toml"), text).unwrap();
     for (name, from) in ["high", "low", "middle"].iter().zip(losses.from) {
-        fs::write(folder.join(format!("{name}.csv")), swings_out(from, losses)).unwrap();
+        fs::write(
+            folder.join(format!("{name}.csv")),
+            swings_out(&[], from, losses),
+        )
+        .unwrap();
     }
 }
 
@@ -122,10 +130,38 @@ fn losses_that_help_only_together_are_found_together() {
     named(FEW);
 }
 
+/// Each log begins with a pendulum at rest that a hand lifts and holds.
+#[test]
+fn what_a_hand_does_before_it_lets_go_is_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    for (name, from) in ["high", "low", "middle"].iter().zip(MANY.from) {
+        let lifted = (0..1000).map(|row| from * (0.001 * f64::from(row)).min(0.8) / 0.8);
+        let hand: Vec<f64> = std::iter::repeat_n(0.0, 1500).chain(lifted).collect();
+        fs::write(
+            folder.join(format!("{name}.csv")),
+            swings_out(&hand, from, MANY),
+        )
+        .unwrap();
+    }
+    let files = ["init", "--yes", "high.csv", "low.csv", "middle.csv"];
+    let said = ["--column", "force=0", "--column", "displacement=q"];
+    let findings = succeed(folder, &[&files[..], &said].concat());
+    assert!(
+        findings.contains("the body is let go and swings freely in rows [25"),
+        "{findings}"
+    );
+    named_in(folder, MANY);
+}
+
 fn named(losses: Losses) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     pendulum(folder, "0", &format!("inertia = {INERTIA}"), losses);
+    named_in(folder, losses);
+}
+
+fn named_in(folder: &Path, losses: Losses) {
     succeed(folder, &IDENTIFY);
     succeed(folder, &[&APPLY[..], &["--json", "verdict.json"]].concat());
     let verdict = read(folder, "verdict.json");

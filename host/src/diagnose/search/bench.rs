@@ -11,7 +11,8 @@ use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
 use crate::fit::effects::slopes::At;
-use crate::fit::effects::unknowns::{ShapeUnknown, column_bounds, shapes};
+use crate::fit::effects::slopes::SHAPES_MOVE;
+use crate::fit::effects::unknowns::{MAX_FORCE, ShapeUnknown, column_bounds, shapes};
 use crate::fit::least_squares::bounded;
 use crate::model::effects::AxisEffect;
 use crate::signal::statistics::{peak, rms};
@@ -21,11 +22,6 @@ use jointwatch_shared::effect::Entry;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The base's own shapes may move by this part beside a hypothesis, by their tangents.
-const SHAPES_MOVE: f64 = 0.3;
-/// Force that an added effect may have, beside the largest force of the base's terms or the
-/// measured one: two that cancel are one too many.
-pub(crate) const MAX_FORCE: f64 = 3.0;
 /// Without an applied force there is no second channel whose gain, zero or lateness could pass for
 /// a force: then so much less is explained at least.
 const ONE_CHANNEL: f64 = 0.1;

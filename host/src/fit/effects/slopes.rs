@@ -11,6 +11,9 @@ use jointwatch_shared::effect::{Parameters, SLOPES};
 use jointwatch_shared::scalar::dual::Dual;
 use rayon::prelude::*;
 
+/// Within this part of a shape's value its tangent stands for it.
+pub(crate) const SHAPES_MOVE: f64 = 0.3;
+
 /// A term of a sum, as its force is now.
 #[derive(Clone, Copy)]
 pub(crate) struct At<'a> {

@@ -4,13 +4,15 @@
 use super::columns::Records;
 use super::projection::{Problem, Solved, Stopped};
 use super::starts;
-use super::unknowns::{self, ShapeUnknown, is_physical};
+use super::unknowns::{self, MAX_FORCE, ShapeUnknown, is_physical};
 use crate::fit::least_squares::levenberg_marquardt::SMALL_GAIN;
 use crate::model::effects::AxisEffect;
+use crate::signal::statistics::rms;
 use crate::study::Axis;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Thinned rows that are wanted for each parameter.
 const ROWS_PER_PARAMETER: usize = 5;
@@ -174,7 +176,7 @@ fn scanned(
     Ok(starts)
 }
 
-/// The best that is found from any of these starts.
+/// The best that is found from any of these starts, or that one of them is.
 ///
 /// What leaves least by values that cannot be does so with what another effect leaves over, and
 /// goes astray on other records: what leaves nearly as little by values that can is better. The
@@ -192,30 +194,73 @@ fn solve_from(
         shapes: &shapes,
         weights,
     };
-    let judged = |solved: &Solved| {
-        let mut listed = terms.iter().zip(&solved.values);
-        let physical = listed.all(|(term, values)| is_physical(term, values, records));
-        let factor = if physical { 1.0 } else { UNPHYSICAL };
-        factor * solved.cost
+    let judged = |solved: &Solved| match is_sound(records, terms, solved) {
+        true => solved.cost,
+        false => UNPHYSICAL * solved.cost,
     };
     let forces = records.references.force.iter().take(axes.len());
     let by_force = problem(forces.map(|force| 1.0 / force).collect());
-    let ends: Result<Vec<(Solved, Stopped)>> = from
+    let ends: Result<Vec<[Solved; 2]>> = from
         .par_iter()
-        .map(|start| by_force.search(start, APART))
+        .map(|start| {
+            let end = by_force.search(start, APART)?.0;
+            Ok([end, by_force.solve(start, None)?])
+        })
         .collect();
-    let ends = ends?.into_iter().map(|(solved, _)| solved);
+    let ends = ends?.into_iter().flatten();
     let Some(lowest) = ends.min_by(|a, b| judged(a).total_cmp(&judged(b))) else {
         return Err(Error::failed("the search for the effects found no start"));
     };
     let by_residual = problem(residual_weights(records, &lowest.residual));
-    let (solved, stopped) = by_residual.search(&by_residual.shapes_of(&lowest), SMALL_GAIN)?;
-    let solved = by_residual.settle(solved)?;
+    let at = by_residual.shapes_of(&lowest);
+    let (end, mut stopped) = by_residual.search(&at, SMALL_GAIN)?;
+    let mut solved = by_residual.settle(end)?;
+    // A search without a bound may run away from there.
+    if !is_sound(records, terms, &solved) {
+        let stayed = by_residual.solve(&at, None)?;
+        if judged(&stayed) < judged(&solved) {
+            (solved, stopped) = (stayed, Stopped::Direct);
+        }
+    }
     Ok(Solution {
         weights: residual_weights(records, &solved.residual),
         shapes,
         solved,
         stopped,
+    })
+}
+
+/// Whether all terms have values that they can have, and no two cancel: no force is several times
+/// the measured one and that of the inertia.
+fn is_sound(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> bool {
+    let mut listed = terms.iter().zip(&solved.values);
+    if !listed.all(|(term, values)| is_physical(term, values, records)) {
+        return false;
+    }
+    let rows = records.rows_per_axis().max(1);
+    let inertias = terms.iter().map(|term| records.count(term)).sum();
+    let of_inertia = (inertias..solved.factors.len()).map(|at| at..at + 1);
+    let mut at = 0;
+    let of_terms = terms.iter().map(|term| {
+        let own = at..at + records.count(term);
+        at = own.end;
+        own
+    });
+    let size = |columns: Range<usize>, axis: usize| {
+        let mut force = vec![0.0; rows];
+        for column in columns {
+            let own = &solved.columns[column][axis * rows..(axis + 1) * rows];
+            let pairs = force.iter_mut().zip(own);
+            pairs.for_each(|(force, c)| *force += solved.factors[column] * c);
+        }
+        rms(&force)
+    };
+    let (of_terms, of_inertia): (Vec<_>, Vec<_>) = (of_terms.collect(), of_inertia.collect());
+    (0..records.accelerations.len()).all(|axis| {
+        let known = of_inertia.iter().map(|columns| size(columns.clone(), axis));
+        let known = known.fold(records.references.force[axis], f64::max);
+        let mut sizes = of_terms.iter().map(|columns| size(columns.clone(), axis));
+        sizes.all(|size| size <= MAX_FORCE * known)
     })
 }
 

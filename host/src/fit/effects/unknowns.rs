@@ -117,6 +117,9 @@ const AT_REST: f64 = 3.0;
 /// Places along the travel at which a strength is looked at.
 const PLACES: u32 = 32;
 
+/// Force that an effect may have, beside the measured one or the largest of those it stands with:
+/// two that cancel are one too many.
+pub(crate) const MAX_FORCE: f64 = 3.0;
 /// A strength of the joint is at most so many times what the largest force, displacement and
 /// velocity make: a stop of that stiffness is pressed by a thousandth of the motion.
 const MOST: f64 = 1e3;

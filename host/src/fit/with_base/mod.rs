@@ -11,7 +11,7 @@ mod functions;
 mod nuisance;
 
 use super::effects::columns::Records;
-use super::effects::slopes::At;
+use super::effects::slopes::{At, SHAPES_MOVE};
 use super::effects::unknowns::{self, ShapeUnknown};
 use super::effects::{
     AnotherStart, EffectsFit, Solution, assemble, check_inertias, solve, solve_also_from,
@@ -35,6 +35,14 @@ const ROUNDS: usize = 2;
 const REACH: f64 = 2.1;
 /// An effect of which less than this part of the power is left beside the base is none beside it.
 const MIN_NEW: f64 = 1e-4;
+
+/// Columns and tangents with the bounds of their factors.
+fn bounded(columns: Vec<Vec<f64>>, slopes: Vec<Vec<f64>>) -> Vec<(Vec<f64>, [f64; 2])> {
+    let free = |column| (column, [f64::NEG_INFINITY, f64::INFINITY]);
+    let near = |slope| (slope, [-SHAPES_MOVE, SHAPES_MOVE]);
+    let columns = columns.into_iter().map(free);
+    columns.chain(slopes.into_iter().map(near)).collect()
+}
 
 /// A base with effects beside it, as fitted.
 pub(crate) struct WithBase {
@@ -142,22 +150,33 @@ impl<'a> OnRecords<'a> {
         Ok(terms.iter().map(part).collect())
     }
 
-    /// Columns of the terms' linear parameters and tangents of their shapes, of both axes.
-    fn columns(&self, terms: &[AxisEffect], fit: &Solution) -> Vec<Vec<f64>> {
+    /// Columns of the terms' linear parameters and tangents of their shapes, of both axes, with the
+    /// bounds of their factors.
+    fn columns(&self, terms: &[AxisEffect], fit: &Solution) -> Vec<(Vec<f64>, [f64; 2])> {
         let mut columns = Vec::new();
         for (bound, values) in terms.iter().zip(&fit.solved.values) {
             columns.extend(self.records.columns(bound, values));
         }
         columns.extend(self.records.accelerations.iter().flatten().cloned());
-        columns.extend(fit.problem(&self.records, terms).slopes(&fit.solved));
-        columns
+        bounded(
+            columns,
+            fit.problem(&self.records, terms).slopes(&fit.solved),
+        )
     }
 
     /// Σ error² on the held-out stretches of each fold of an axis, for every λ.
-    fn held_out(&self, axis: usize, columns: &[Vec<f64>], lambdas: &[f64]) -> Vec<Vec<f64>> {
+    fn held_out(
+        &self,
+        axis: usize,
+        columns: &[(Vec<f64>, [f64; 2])],
+        lambdas: &[f64],
+    ) -> Vec<Vec<f64>> {
         let rows = self.records.rows_per_axis();
         let part = axis * rows..(axis + 1) * rows;
-        let own: Vec<&[f64]> = columns.iter().map(|c| &c[part.clone()]).collect();
+        let own = columns
+            .iter()
+            .map(|(c, bounds)| (&c[part.clone()], *bounds));
+        let own: Vec<(&[f64], [f64; 2])> = own.collect();
         let force = &self.records.measured[part];
         held_out(&self.folds, &self.functions, axis, &own, force, lambdas)
     }
@@ -222,7 +241,8 @@ impl<'a> OnRecords<'a> {
         });
         let unknowns = unknowns::shapes(&bounds, &self.records.references);
         let unknowns: Vec<&ShapeUnknown> = unknowns.iter().collect();
-        columns.extend(self.records.slopes(&at.collect::<Vec<_>>(), &unknowns));
+        let slopes = self.records.slopes(&at.collect::<Vec<_>>(), &unknowns);
+        let columns = bounded(columns, slopes);
         let axes = self.axes.iter().enumerate();
         let squares = axes.map(|(index, axis)| {
             let squares = self.held_out(index, &columns, &ridge[index..=index]).remove(0);
@@ -239,7 +259,7 @@ impl<'a> OnRecords<'a> {
     }
 
     /// Per axis the strength at which held-out stretches are followed best, about the one before.
-    fn choose(&self, columns: &[Vec<f64>], before: &[f64]) -> Vec<f64> {
+    fn choose(&self, columns: &[(Vec<f64>, [f64; 2])], before: &[f64]) -> Vec<f64> {
         if !self.functions.held_back {
             return before.to_vec();
         }

@@ -41,7 +41,7 @@ pub(super) fn axes(
         let mut axes = self::axes(logs, time, &with_roles, findings)?;
         let [(_, displacement), (_, force)] = &roles;
         findings.push(format!(
-            "the columns have no names: a joint takes in work where {displacement:?} is the displacement and {force:?} the force, so they \
+            "no names tell the columns apart: a joint takes in work where {displacement:?} is the displacement and {force:?} the force, so they \
              are taken for these"
         ));
         for axis in &mut axes {

@@ -1,6 +1,8 @@
 //! The axis of a log in which nothing is applied, as in a free decay or on a shaken base.
 
 use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft, velocity_of};
+use super::decay::free_decays;
+use super::nameless;
 use super::parts::{DraftAxis, Log, Said, factor};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use crate::study::channels::units::Quantity;
@@ -11,7 +13,8 @@ use crate::study::{AxisKind, Convention};
 use crate::text::error::Result;
 use std::borrow::Cow;
 
-/// The axis of the joint that accelerates a body by itself.
+/// The axis of the joint that accelerates a body by itself, and of every log the stretches in which
+/// it does.
 ///
 /// # Errors
 /// A column that the user named wrongly, or no displacement that all logs have.
@@ -20,8 +23,17 @@ pub(super) fn free_axis(
     time: Option<&str>,
     said: &Said,
     findings: &mut Vec<String>,
-) -> Result<DraftAxis> {
+) -> Result<(DraftAxis, Vec<Vec<[usize; 2]>>)> {
     check_said(logs[0].survey, said)?;
+    let mut said = Cow::Borrowed(said);
+    let nameless = nameless::position(logs[0].survey, time, &said);
+    if let Some((role, column)) = nameless.clone() {
+        findings.push(format!(
+            "column {column:?} has no name, and nothing else changes in time, so it is taken for the displacement"
+        ));
+        said.to_mut().columns.push((role, column));
+    }
+    let said = &*said;
     let of_kind = |kind| (kind, Parts::of(logs[0].survey, time, kind, said, &[]));
     let mut all = kinds(logs[0].survey, time, said).map(of_kind).into_iter();
     let Some((kind, mut parts)) = all.find(|(_, p)| !p.displacement.is_empty()) else {
@@ -29,8 +41,37 @@ pub(super) fn free_axis(
     };
     parts.keep_common(logs, said)?;
     let swings = swings(logs, &parts, kind, said);
-    let axis = chosen(&swings).map(|swing| axis_of(logs, swing, &parts, kind, said, findings));
-    axis.ok_or_else(|| nothing_to_draft(logs[0].survey, time, said))
+    let Some(swing) = chosen(&swings) else {
+        return Err(nothing_to_draft(logs[0].survey, time, said));
+    };
+    let mut axis = axis_of(logs, swing, &parts, kind, said, findings);
+    for channel in &mut axis.displacement {
+        channel.guessed |= nameless.is_some();
+    }
+    let quantity = parts.logged(kind);
+    let stretches = logs.iter().map(|log| {
+        let decays = match swing.is_on_shaken_base() {
+            true => None,
+            false => log.si(&swing.body.name, quantity).map(|x| free_decays(&x)),
+        };
+        decays.unwrap_or_else(|| vec![[0, log.survey.rows]])
+    });
+    let stretches: Vec<_> = stretches.collect();
+    findings.extend(logs.iter().zip(&stretches).filter_map(let_go));
+    Ok((axis, stretches))
+}
+
+/// Says where a body is let go, where that is not at the beginning of its log.
+fn let_go((log, decays): (&Log<'_>, &Vec<[usize; 2]>)) -> Option<String> {
+    let rows = log.survey.rows;
+    (decays[..] != [[0, rows]]).then(|| {
+        let each = decays.iter().map(|[from, to]| format!("[{from}, {to}]"));
+        format!(
+            "{}: the body is let go and swings freely in rows {}; what a hand does outside is left out",
+            log.survey.file,
+            each.collect::<Vec<_>>().join(", ")
+        )
+    })
 }
 
 /// A body and what it swings on.

@@ -3,7 +3,7 @@
 use super::axis;
 use super::free::free_axis;
 use super::parts::{Draft, DraftAxis, Log, Said, names};
-use super::records::records;
+use super::records::{parts_of, records};
 use super::runs::side_by_side;
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
@@ -76,15 +76,21 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         })
         .collect();
     let column = time.as_ref().map(|t| t.column.as_str());
-    let axes = match said.is_free(first) {
-        true => vec![free_axis(&logs, column, said, &mut findings)?],
-        false => axis::axes(&logs, column, said, &mut findings)?,
+    let (axes, stretches) = if said.is_free(first) {
+        let (axis, decays) = free_axis(&logs, column, said, &mut findings)?;
+        (vec![axis], decays)
+    } else {
+        let whole = surveys.iter().map(|s| vec![[0, s.rows]]);
+        (
+            axis::axes(&logs, column, said, &mut findings)?,
+            whole.collect(),
+        )
     };
     Ok(Draft {
         name: "joint rig".into(),
         resample_hz,
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
-        records: records(surveys, &axes),
+        records: records(&parts_of(surveys, &stretches), &axes),
         unused: unused(surveys, time.as_ref(), &axes),
         axes,
         time,

@@ -6,6 +6,7 @@
 //! inertia is positive.
 
 mod axis;
+mod decay;
 mod free;
 mod guess;
 mod nameless;

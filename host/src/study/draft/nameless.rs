@@ -1,41 +1,31 @@
-//! Logs without a heading: which of two columns is the displacement and which the force.
+//! Logs without a heading, or one that tells nothing: which of two columns is the displacement and
+//! which the force.
 //!
 //! A joint takes in work, ∮ F·dx > 0 by the sign with which it pulls back; with the columns
 //! exchanged it would give out as much, ∮ x·dF = −∮ F·dx. What does not come back to where it
-//! began, or loses next to nothing, tells neither.
+//! began, or loses next to nothing, tells neither. Nor does it tell a driven body from a joint of
+//! which one column is counted the other way; that the body moves more smoothly does.
 
 use super::parts::{Log, Said};
 use super::trial::{LOSSY, with_work};
-use crate::study::survey::SurveyedColumn;
+use crate::study::survey::{Survey, SurveyedColumn};
 
 /// Correlation of displacement and force from which on the sign of the stiffness is told.
 const PULLS_BACK: f64 = 0.3;
 
-/// The roles of the two columns that have no name, as [`Said`] has them; `None` where there are not
-/// two, or nothing tells.
+/// A body's motion is smoother than the force that drives it, and a joint's than its force, by more
+/// than this factor where the two can be told apart.
+const ROUGHER: f64 = 1.2;
+
+/// The roles of two columns that no names tell apart, as [`Said`] has them; `None` where there are
+/// not two, or nothing tells.
 pub(super) fn roles(
     logs: &[Log<'_>],
     time: Option<&str>,
     said: &Said,
 ) -> Option<[(String, String); 2]> {
-    let motion = ["displacement", "velocity", "acceleration", "force"];
-    if motion.iter().any(|role| said.column(role).is_some()) {
-        return None;
-    }
     let survey = logs[0].survey;
-    let is_nameless = |name: &str| name.strip_prefix('c').unwrap_or(name).parse::<u8>().is_ok();
-    if !survey.columns.iter().all(|c| is_nameless(&c.name)) {
-        return None;
-    }
-    let moves = |c: &&SurveyedColumn| {
-        Some(c.name.as_str()) != time && c.missing == 0 && c.range[0] < c.range[1]
-    };
-    let columns: Vec<&str> = survey
-        .columns
-        .iter()
-        .filter(moves)
-        .map(|c| c.name.as_str())
-        .collect();
+    let columns = nameless(survey, time, said)?;
     let [first, second] = columns.as_slice() else {
         return None;
     };
@@ -43,7 +33,7 @@ pub(super) fn roles(
     for log in logs {
         sums.add(log.values(first)?, log.values(second)?);
     }
-    let [x, force] = match sums.first_is_displacement()? {
+    let [x, force] = match sums.first_is_displacement(said.is_timeless(survey))? {
         true => [first, second],
         false => [second, first],
     };
@@ -51,10 +41,51 @@ pub(super) fn roles(
     Some(roles.map(|(role, column)| (role.into(), (*column).into())))
 }
 
+/// The role of the only column that has no name, where nothing is applied: the position of what
+/// swings.
+pub(super) fn position(
+    survey: &Survey,
+    time: Option<&str>,
+    said: &Said,
+) -> Option<(String, String)> {
+    match nameless(survey, time, said)?.as_slice() {
+        [only] if survey.column(only)?.named.quantities.is_empty() => {
+            Some(("displacement".into(), (*only).into()))
+        }
+        _ => None,
+    }
+}
+
+/// The columns that change, beside that of the time, in a log whose names are numbers or say the
+/// same of all, as x and y do; `None` where a name or the user says what one is.
+fn nameless<'a>(survey: &'a Survey, time: Option<&str>, said: &Said) -> Option<Vec<&'a str>> {
+    let motion = ["displacement", "velocity", "acceleration"];
+    let is_said = |role: &&str| said.column(role).is_some();
+    if motion.iter().any(is_said) || (is_said(&"force") && !said.is_free(survey)) {
+        return None;
+    }
+    let moves = |c: &&SurveyedColumn| {
+        Some(c.name.as_str()) != time && c.missing == 0 && c.range[0] < c.range[1]
+    };
+    let is_nameless = |name: &str| name.strip_prefix('c').unwrap_or(name).parse::<u8>().is_ok();
+    let nameless = survey.columns.iter().all(|c| is_nameless(&c.name));
+    let mut says = survey.columns.iter().filter(moves);
+    let first = says.next()?;
+    let is_like =
+        |c: &SurveyedColumn| c.unit == first.unit && c.named.quantities == first.named.quantities;
+    if !nameless && !says.all(is_like) {
+        return None;
+    }
+    let moving = survey.columns.iter().filter(moves);
+    Some(moving.map(|c| c.name.as_str()).collect())
+}
+
 /// Sums over logs of two columns a and b, each about its mean.
 #[derive(Default)]
 struct Sums {
     products: [f64; 3],
+    /// Squares of the steps of either.
+    steps: [f64; 2],
     /// ∫ b·da and ∫ a·db, each with what it would be without a change of sign.
     work: [[f64; 2]; 2],
 }
@@ -71,13 +102,19 @@ impl Sums {
             self.products[1] += b * b;
             self.products[2] += a * b;
         }
+        for (sum, series) in self.steps.iter_mut().zip([&a, &b]) {
+            *sum += series
+                .windows(2)
+                .map(|w| (w[1] - w[0]).powi(2))
+                .sum::<f64>();
+        }
         self.work = [
             with_work(self.work[0], &a, &b),
             with_work(self.work[1], &b, &a),
         ];
     }
 
-    fn first_is_displacement(&self) -> Option<bool> {
+    fn first_is_displacement(&self, timeless: bool) -> Option<bool> {
         let correlation = self.products[2] / (self.products[0] * self.products[1]).sqrt();
         if correlation.abs() < PULLS_BACK {
             return None;
@@ -85,10 +122,23 @@ impl Sums {
         let taken_in = self
             .work
             .map(|[sum, size]| correlation.signum() * sum / size);
-        match taken_in {
-            [a, b] if a > LOSSY && b < 0.0 => Some(true),
-            [a, b] if a < 0.0 && b > LOSSY => Some(false),
-            _ => None,
+        let first = match taken_in {
+            [a, b] if a > LOSSY && b < 0.0 => true,
+            [a, b] if a < 0.0 && b > LOSSY => false,
+            _ => return None,
+        };
+        if correlation > 0.0 || timeless {
+            return Some(first);
+        }
+        // What drives a body goes against its position, and takes in the same work by the other
+        // sign.
+        let squares = [self.products[0], self.products[1]];
+        let [a, b] = [0, 1].map(|of| (self.steps[of] / squares[of]).sqrt());
+        let (motion, force) = if first { (a, b) } else { (b, a) };
+        match () {
+            () if force > ROUGHER * motion => Some(first),
+            () if motion > ROUGHER * force => Some(!first),
+            () => None,
         }
     }
 }
@@ -109,28 +159,48 @@ mod tests {
         (x, force)
     }
 
-    fn told(a: &[f64], b: &[f64]) -> Option<bool> {
+    fn told(a: &[f64], b: &[f64], timeless: bool) -> Option<bool> {
         let mut sums = Sums::default();
         sums.add(a, b);
-        sums.first_is_displacement()
+        sums.first_is_displacement(timeless)
     }
 
     #[test]
     fn a_loop_tells_the_displacement_by_the_work_that_is_taken_in() {
         for sign in [1.0, -1.0] {
             let (x, force) = loops(sign);
-            assert_eq!(told(&x, &force), Some(true));
-            assert_eq!(told(&force, &x), Some(false));
+            assert_eq!(told(&x, &force, true), Some(true));
+            assert_eq!(told(&force, &x, true), Some(false));
+            // A body that is driven near one frequency would look like the contrary.
+            let is_plain = sign > 0.0;
+            assert_eq!(told(&x, &force, false), is_plain.then_some(true));
+            assert_eq!(told(&force, &x, false), is_plain.then_some(false));
         }
+    }
+
+    #[test]
+    fn what_drives_a_body_is_rougher_than_its_motion() {
+        // A sweep of the force on a mass and a damper.
+        let (mut position, mut speed) = (0.0, 0.0);
+        let rows = (0..4000).map(|row| {
+            let t = 0.01 * f64::from(row);
+            let force = (2.0 * t + 0.2 * t * t).cos();
+            speed += 0.01 * (force - 0.5 * speed);
+            position += 0.01 * speed;
+            (position, force)
+        });
+        let (x, force): (Vec<f64>, Vec<f64>) = rows.unzip();
+        assert_eq!(told(&x, &force, false), Some(true));
+        assert_eq!(told(&force, &x, false), Some(false));
     }
 
     #[test]
     fn a_spring_and_a_pull_one_way_tell_nothing() {
         let (x, _) = loops(1.0);
         let spring: Vec<f64> = x.iter().map(|x| 3.0 * x + x.powi(3)).collect();
-        assert_eq!(told(&x, &spring), None);
+        assert_eq!(told(&x, &spring, true), None);
         let pull: Vec<f64> = (0..500).map(f64::from).collect();
         let softens: Vec<f64> = pull.iter().map(|x| x.sqrt()).collect();
-        assert_eq!(told(&pull, &softens), None);
+        assert_eq!(told(&pull, &softens, true), None);
     }
 }

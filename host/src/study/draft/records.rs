@@ -28,72 +28,98 @@ fn is_named(file: &str, starts: &[&str]) -> bool {
     words.any(|word| word == "val" || starts.iter().any(|start| word.starts_with(start)))
 }
 
+/// A stretch of a log that is a record, or two where it alone learns and validates.
+pub(super) struct Part<'a> {
+    survey: &'a Survey,
+    rows: [usize; 2],
+}
+
+/// The stretches of all logs.
+pub(super) fn parts_of<'a>(surveys: &'a [Survey], stretches: &[Vec<[usize; 2]>]) -> Vec<Part<'a>> {
+    let of_log = |(survey, rows): (&'a Survey, &Vec<[usize; 2]>)| {
+        let each = rows.clone().into_iter();
+        each.map(move |rows| Part { survey, rows })
+    };
+    surveys.iter().zip(stretches).flat_map(of_log).collect()
+}
+
+impl Part<'_> {
+    fn len(&self) -> usize {
+        self.rows[1] - self.rows[0]
+    }
+
+    /// The numbers of a column in rows of it.
+    fn values(&self, column: &str, [from, to]: [usize; 2]) -> Option<&[f64]> {
+        self.survey.column(column)?.values.get(from..to)
+    }
+
+    /// A record of some of its rows.
+    fn record(&self, role: Role, rows: [usize; 2]) -> DraftRecord {
+        let survey = self.survey;
+        let is_file = rows == [0, survey.rows] && !survey.ends_early;
+        DraftRecord {
+            file: survey.file.clone(),
+            role,
+            rows: (!is_file).then_some(rows),
+            columns: survey.states_heading.then(|| survey.heading.clone()),
+        }
+    }
+}
+
 /// A clearly shorter record validates, else any, the last that moves and is loaded within what the
 /// others are; a single one is split.
-pub(super) fn records(surveys: &[Survey], axes: &[DraftAxis]) -> Vec<DraftRecord> {
-    let record = |survey: &Survey, role, rows: Option<[usize; 2]>| DraftRecord {
-        file: survey.file.clone(),
-        role,
-        rows: rows.or_else(|| survey.ends_early.then_some([0, survey.rows])),
-        columns: survey.states_heading.then(|| survey.heading.clone()),
-    };
-    if let [only] = surveys
-        && only.rows < MIN_SPLIT
-    {
-        return vec![record(only, Role::Train, None)];
-    }
-    if let [only] = surveys {
+pub(super) fn records(parts: &[Part<'_>], axes: &[DraftAxis]) -> Vec<DraftRecord> {
+    if let [only] = parts {
+        let rows = only.rows;
+        if only.len() < MIN_SPLIT {
+            return vec![only.record(Role::Train, rows)];
+        }
         let [from, to] = kept_aside(only, axes);
-        let parts = [
-            (Role::Train, [0, from]),
+        let split = [
+            (Role::Train, [rows[0], from]),
             (Role::Validate, [from, to]),
-            (Role::Train, [to, only.rows]),
+            (Role::Train, [to, rows[1]]),
         ];
-        let parts = parts.into_iter().filter(|(_, [from, to])| from < to);
-        return parts
-            .map(|(role, rows)| record(only, role, Some(rows)))
-            .collect();
+        let split = split.into_iter().filter(|(_, [from, to])| from < to);
+        return split.map(|(role, rows)| only.record(role, rows)).collect();
     }
-    let longest = surveys.iter().map(|s| s.rows).max().unwrap_or(0);
+    let longest = parts.iter().map(Part::len).max().unwrap_or(0);
     // A name that says so decides, where not all do.
     let named = VALIDATION.iter().find_map(|starts| {
-        let all = 0..surveys.len();
+        let all = 0..parts.len();
         let named: Vec<usize> = all
-            .filter(|&i| is_named(&surveys[i].file, starts))
+            .filter(|&i| is_named(&parts[i].survey.file, starts))
             .collect();
-        (!named.is_empty() && named.len() < surveys.len()).then_some(named)
+        (!named.is_empty() && named.len() < parts.len()).then_some(named)
     });
-    let is_short = |i: &usize| 10 * surveys[*i].rows < 9 * longest;
-    let mut offered: Vec<usize> = (0..surveys.len()).filter(is_short).collect();
+    let is_short = |i: &usize| 10 * parts[*i].len() < 9 * longest;
+    let mut offered: Vec<usize> = (0..parts.len()).filter(is_short).collect();
     if offered.is_empty() {
-        offered = (0..surveys.len()).collect();
+        offered = (0..parts.len()).collect();
     }
     let mut last = offered.iter().rev();
-    let within = last.find(|i| is_within(surveys, **i, axes));
+    let within = last.find(|i| is_within(parts, **i, axes));
     let one = within.or(offered.last());
     let chosen = named.unwrap_or_else(|| one.copied().into_iter().collect());
-    surveys
-        .iter()
-        .enumerate()
-        .map(|(i, survey)| {
-            let role = if chosen.contains(&i) {
-                Role::Validate
-            } else {
-                Role::Train
-            };
-            record(survey, role, None)
-        })
+    let role = |i: usize| match chosen.contains(&i) {
+        true => Role::Validate,
+        false => Role::Train,
+    };
+    let each = parts.iter().enumerate();
+    each.map(|(i, part)| part.record(role(i), part.rows))
         .collect()
 }
 
 /// Whether one of several records moves and is loaded within what the others are.
-fn is_within(surveys: &[Survey], one: usize, axes: &[DraftAxis]) -> bool {
+fn is_within(parts: &[Part<'_>], one: usize, axes: &[DraftAxis]) -> bool {
     let channels = axes
         .iter()
         .flat_map(|a| a.displacement.iter().chain(&a.force));
     let mut columns = channels.map(|channel| {
-        let ranges = surveys.iter().enumerate();
-        let ranges = ranges.filter_map(|(i, s)| Some((i, s.column(&channel.column)?.range)));
+        let ranges = parts.iter().enumerate().filter_map(|(i, part)| {
+            let values = part.values(&channel.column, part.rows)?;
+            Some((i, extent(values.iter().copied())))
+        });
         let (own, others): (Vec<_>, Vec<_>) = ranges.partition(|(i, _)| *i == one);
         let hull = |ranges: Vec<(usize, [f64; 2])>| {
             extent(ranges.into_iter().flat_map(|(_, range)| range))
@@ -110,17 +136,17 @@ fn goes_within([least, most]: [f64; 2], [low, high]: [f64; 2]) -> bool {
 
 /// The rows of a single record that validate. A test in which the amplitude grows would be judged
 /// where nothing was learnt, were it its end.
-fn kept_aside(only: &Survey, axes: &[DraftAxis]) -> [usize; 2] {
-    let at = |step: usize| only.rows * step / STEPS;
+fn kept_aside(only: &Part<'_>, axes: &[DraftAxis]) -> [usize; 2] {
+    let [first, end] = only.rows;
+    let at = |step: usize| first + only.len() * step / STEPS;
     let long = (SPLIT * STEPS as f64) as usize;
     let displacements: Vec<&[f64]> = axes
         .iter()
         .flat_map(|axis| &axis.displacement)
-        .filter_map(|channel| only.column(&channel.column))
-        .map(|column| column.values.as_slice())
+        .filter_map(|channel| only.values(&channel.column, only.rows))
         .collect();
     let is_within = |&[from, to]: &[usize; 2]| {
-        let is_part = |row: usize| (from..to).contains(&row);
+        let is_part = |row: usize| (from - first..to - first).contains(&row);
         displacements.iter().all(|values| {
             let kept = |kept: bool| {
                 let rows = values.iter().enumerate();
@@ -133,10 +159,10 @@ fn kept_aside(only: &Survey, axes: &[DraftAxis]) -> [usize; 2] {
         })
     };
     let is_long = |[from, to]: &[usize; 2]| {
-        let after = only.rows - to;
-        *from >= MIN_PART && (after == 0 || after >= MIN_PART)
+        let after = end - to;
+        from - first >= MIN_PART && (after == 0 || after >= MIN_PART)
     };
-    let last = [at(STEPS - long), only.rows];
+    let last = [at(STEPS - long), end];
     let from = (1..=STEPS - long).rev();
     let mut parts = from.map(|step| [at(step), at(step + long)]);
     parts
