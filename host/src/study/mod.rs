@@ -8,6 +8,7 @@ pub(crate) mod check;
 pub(crate) mod description;
 pub mod draft;
 pub mod further;
+pub(crate) mod joined;
 mod log;
 pub mod long;
 mod memory;

@@ -1,6 +1,7 @@
 //! Opening a log: its file, its reader, and the columns that a study uses of it.
 
 use super::check::lone;
+use super::joined;
 use super::log::{Column, Log, MemoryLog, Numbering, Request, Table};
 use super::readers::long::LongLog;
 use super::readers::{self, long};
@@ -8,6 +9,9 @@ use crate::text::error::Result;
 use crate::text::hexadecimal::hexadecimal;
 use crate::text::input;
 use sha2::Digest;
+
+/// Columns that a file without a heading may have.
+const MAX_NAMELESS: usize = 256;
 
 impl Request<'_> {
     /// Reads everything in the file that the request needs.
@@ -20,8 +24,30 @@ impl Request<'_> {
     pub(crate) fn table_of(&self, long: Option<&LongLog>) -> Result<Table> {
         match long {
             Some(long) => long.table(self),
-            None => readers::read(self, &self.bytes()?),
+            None => match joined::files(self) {
+                Some(files) => joined::table(self, &files),
+                None => readers::read(self, &self.bytes()?),
+            },
         }
+    }
+
+    /// How many columns a file without a heading has.
+    ///
+    /// # Errors
+    /// Rows of unequal length.
+    pub(super) fn columns_without_heading(&self) -> Result<usize> {
+        for count in 1..=MAX_NAMELESS {
+            let names: Vec<String> = (0..count).map(|i| format!("c{i}")).collect();
+            let request = Request {
+                rows: Some([0, 1]),
+                columns: Some(&names),
+                ..*self
+            };
+            if request.table().is_ok() {
+                return Ok(count);
+            }
+        }
+        Err(self.error("has no heading and rows of unequal length; add a heading"))
     }
 
     fn bytes(&self) -> Result<Vec<u8>> {
@@ -49,11 +75,30 @@ impl Request<'_> {
         let (mut table, sha256) = match (self.memory, long) {
             (Some(log), _) => (log.table(self), log.sha256()),
             (None, Some(long)) => (long.table(self)?, long.sha256(self)?),
-            (None, None) => {
-                let bytes = self.bytes()?;
-                let digest = sha2::Sha256::digest(&bytes);
-                (readers::read(self, &bytes)?, hexadecimal(&digest))
-            }
+            (None, None) => match joined::files(self) {
+                Some(files) => {
+                    let mut digest = sha2::Sha256::new();
+                    for (file, path) in &files {
+                        digest.update(
+                            Request {
+                                file,
+                                path,
+                                ..*self
+                            }
+                            .bytes()?,
+                        );
+                    }
+                    (
+                        joined::table(self, &files)?,
+                        hexadecimal(&digest.finalize()),
+                    )
+                }
+                None => {
+                    let bytes = self.bytes()?;
+                    let digest = sha2::Sha256::digest(&bytes);
+                    (readers::read(self, &bytes)?, hexadecimal(&digest))
+                }
+            },
         };
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
         let places = self.locate(&names)?;

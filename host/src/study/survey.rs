@@ -3,10 +3,12 @@
 
 use super::channels::naming::{self, Named};
 use super::channels::units::Quantity;
+use super::joined::PLUS;
 use super::log::Request;
 use super::readers::long::LongLog;
 use super::time::Stamps;
 use crate::text::error::{Error, Result};
+use std::collections::HashSet;
 use std::path::Path;
 
 /// Rows of a long log that are looked at.
@@ -104,8 +106,9 @@ impl Survey {
         let mut table = match looked_at.table_of(long.as_ref()) {
             Err(error) if error.sentence.contains("a heading with the columns' names") => {
                 states_heading = true;
-                let numbered: Vec<String> =
-                    (1..=columns_of(path)?).map(|i| format!("c{i}")).collect();
+                let numbered: Vec<String> = (1..=request(None).columns_without_heading()?)
+                    .map(|i| format!("c{i}"))
+                    .collect();
                 request(Some(&numbered)).table()?
             }
             other => other?,
@@ -140,6 +143,31 @@ impl Survey {
             ends_early: false,
             file,
         })
+    }
+
+    /// Looks at several logs. Those of one length that hold one channel each, of different names or
+    /// of none, are the channels of one run.
+    ///
+    /// # Errors
+    /// As [`Survey::of`].
+    pub fn of_all(paths: &[&Path]) -> Result<Vec<Self>> {
+        let all: Vec<Self> = paths.iter().map(|p| Self::of(p)).collect::<Result<_>>()?;
+        let is_channel = |survey: &Self| {
+            let time = survey.time.as_ref().map(|t| t.column.as_str());
+            let measured = survey
+                .columns
+                .iter()
+                .filter(|c| Some(c.name.as_str()) != time);
+            measured.count() == 1 && survey.rows == all[0].rows
+        };
+        let names = |survey: &Self| survey.columns.iter().map(|c| c.name.clone()).collect();
+        let headings: HashSet<Vec<String>> = all.iter().map(names).collect();
+        let differ = all[0].states_heading || headings.len() == all.len();
+        if all.len() < 2 || !differ || !all.iter().all(is_channel) {
+            return Ok(all);
+        }
+        let files: Vec<&str> = all.iter().map(|survey| survey.file.as_str()).collect();
+        Ok(vec![Self::of(Path::new(&files.join(PLUS)))?])
     }
 
     /// The log as it is with some of its columns, up to the last row in which one of those that not
@@ -218,30 +246,6 @@ pub fn is_long(path: &Path) -> bool {
 /// anything else that is neither text nor a format of logs.
 pub fn is_a_log(bytes: &[u8]) -> bool {
     super::readers::is_a_log(bytes)
-}
-
-/// How many cells the rows of a text without a heading have.
-fn columns_of(path: &Path) -> Result<usize> {
-    for count in 1..=256 {
-        let names: Vec<String> = (0..count).map(|i| format!("c{i}")).collect();
-        let file = path.display().to_string();
-        let request = Request {
-            file: &file,
-            path,
-            wanted: None,
-            rows: Some([0, 1]),
-            columns: Some(&names),
-            memory: None,
-            sparse: false,
-        };
-        if request.table().is_ok() {
-            return Ok(count);
-        }
-    }
-    Err(Error::data(format!(
-        "{} has no heading and rows of unequal length; add a heading",
-        path.display()
-    )))
 }
 
 /// Whether values are those of a clock: no step differs from another by more than a hundredth.

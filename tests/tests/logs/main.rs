@@ -7,6 +7,7 @@ mod cut_logs;
 mod driven;
 mod first_day;
 mod free_motion;
+mod joined;
 mod late_force;
 mod log_formats;
 mod long_records;

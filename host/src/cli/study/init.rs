@@ -3,6 +3,7 @@
 use super::survey;
 use crate::cli::console::Console;
 use crate::study::draft::{self, Draft, Said};
+use crate::study::joined::PLUS;
 use crate::study::survey::Survey;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
@@ -73,11 +74,15 @@ impl Init {
             ));
         }
         let working = console.working("reading the logs");
-        let surveys: Vec<Survey> = self
-            .logs
-            .iter()
-            .map(|log| Survey::of(log))
-            .collect::<Result<_>>()?;
+        let logs: Vec<&Path> = self.logs.iter().map(PathBuf::as_path).collect();
+        let surveys = match self.is_free() {
+            // Free decays are runs of one channel each.
+            true => logs
+                .iter()
+                .map(|log| Survey::of(log))
+                .collect::<Result<_>>()?,
+            false => Survey::of_all(&logs)?,
+        };
         working.finish_and_clear();
         for survey in surveys.iter().filter(|_| to_file) {
             console.say(survey::in_words(survey, false))?;
@@ -110,6 +115,11 @@ impl Init {
             error
         })?;
         self.report(console, &draft, &study)
+    }
+
+    /// Whether nothing is applied in the logs.
+    fn is_free(&self) -> bool {
+        self.columns.contains(&("force".to_owned(), "0".to_owned()))
     }
 
     /// Refuses what is no rate and no inertia, and what cannot hold at once.
@@ -169,13 +179,17 @@ fn name_files(draft: &mut Draft, folder: &Path) {
     let whole = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
     let folder = whole(folder);
     for record in &mut draft.records {
-        let path = whole(Path::new(&record.file));
-        let relative = path
-            .strip_prefix(&folder)
-            .map(Path::to_owned)
-            .unwrap_or(path);
-        // Forward slashes work everywhere.
-        record.file = relative.to_string_lossy().replace('\\', "/");
+        let parts: Vec<&str> = match Path::new(&record.file).exists() {
+            true => vec![&record.file],
+            false => record.file.split(PLUS).collect(),
+        };
+        let relative = parts.iter().map(|part| {
+            let path = whole(Path::new(part));
+            let relative = path.strip_prefix(&folder).unwrap_or(&path);
+            // Forward slashes work everywhere.
+            relative.to_string_lossy().replace('\\', "/")
+        });
+        record.file = relative.collect::<Vec<_>>().join(PLUS);
     }
     if let Some(name) = folder.file_name() {
         draft.name = name.to_string_lossy().into_owned();

@@ -21,7 +21,10 @@ const MOST: f64 = 0.5;
 pub(super) fn free_decays(position: &[f64]) -> Vec<[usize; 2]> {
     let turns = turning_points(position);
     let swing = |end: usize| (position[turns[end]] - position[turns[end - 1]]).abs();
-    let given = (2..turns.len()).filter(|&end| swing(end) > GIVEN * swing(end - 1));
+    // A log may begin in the middle of a swing, which is then no longer than the next.
+    let begins_free = matches!(turns[..], [_, b, c, ..] if 4 * b <= 5 * (c - b));
+    let compared = if begins_free { 3 } else { 2 };
+    let given = (compared..turns.len()).filter(|&end| swing(end) > GIVEN * swing(end - 1));
     // The turns that a hand's swings go from.
     let taken_up: Vec<usize> = given.map(|end| end - 1).collect();
     let from = std::iter::once(0).chain(taken_up.iter().copied());
@@ -29,7 +32,10 @@ pub(super) fn free_decays(position: &[f64]) -> Vec<[usize; 2]> {
     let to = to.chain([(turns.len().saturating_sub(1), position.len())]);
     let decays: Vec<[usize; 2]> = from
         .zip(to)
-        .filter_map(|(from, (to, end))| decay(position, turns.get(from..=to)?, end))
+        .filter_map(|(from, (to, end))| {
+            let turns = turns.get(from..=to)?;
+            decay(position, turns, end, from == 0 && begins_free)
+        })
         .collect();
     let rows: usize = decays.iter().map(|[from, to]| to - from).sum();
     match rows as f64 > MOST * position.len() as f64 {
@@ -38,20 +44,21 @@ pub(super) fn free_decays(position: &[f64]) -> Vec<[usize; 2]> {
     }
 }
 
-/// From the largest of some swings on, where enough follow.
-fn decay(position: &[f64], turns: &[usize], end: usize) -> Option<[usize; 2]> {
+/// From the largest of some swings on, where enough follow; from the beginning of the log where
+/// that is free.
+fn decay(position: &[f64], turns: &[usize], end: usize, begins_free: bool) -> Option<[usize; 2]> {
     let swing = |pair: &[usize]| (position[pair[1]] - position[pair[0]]).abs();
     let largest = turns.windows(2).map(swing).fold(0.0, f64::max);
     let first = turns.windows(2).position(|pair| swing(pair) == largest)?;
     if turns.len() - first <= MIN_SWINGS {
         return None;
     }
+    if begins_free && first <= 1 {
+        return Some([0, end]);
+    }
     let (top, bottom) = (turns[first], turns[first + 1]);
     let near = |row: &usize| (position[*row] - position[top]).abs() <= LET_GO * largest;
-    let let_go = (top..bottom).rev().find(near)?;
-    // A log may begin when the body is let go, or later.
-    let is_held = first > 0 || 2 * let_go > bottom - let_go;
-    Some([if is_held { let_go } else { turns[0] }, end])
+    Some([(top..bottom).rev().find(near)?, end])
 }
 
 /// Rows at which the motion begins and turns, without turns that are noise.
