@@ -77,7 +77,7 @@ fn with_a_heading(request: &Request<'_>) -> Result<(Table, bool)> {
     match request.table() {
         Err(error) if error.sentence.contains("a heading with the columns' names") => {
             let count = request.columns_without_heading()?;
-            let names: Vec<String> = (1..=count).map(|i| i.to_string()).collect();
+            let names: Vec<String> = (1..=count).map(|i| format!("c{i}")).collect();
             let numbered = Request {
                 columns: Some(&names),
                 ..*request
@@ -92,33 +92,48 @@ fn with_a_heading(request: &Request<'_>) -> Result<(Table, bool)> {
 /// file, is called after its file; one that several files hold alike, such as their time, stands
 /// once.
 fn named(tables: Vec<(String, (Table, bool))>) -> Vec<Column> {
-    let mut all: Vec<(String, bool, Column)> = Vec::new();
+    struct Own {
+        stem: String,
+        nameless: bool,
+        column: Column,
+    }
+    let mut kept: Vec<Own> = Vec::new();
     for (stem, (table, nameless)) in tables {
-        let alone = table.columns.len() == 1;
-        for mut column in table.columns {
-            if nameless {
-                column.name = match alone {
-                    true => stem.clone(),
-                    false => format!("{stem} {}", column.name),
-                };
+        for column in table.columns {
+            let same = |known: &&mut Own| {
+                known.column.name == column.name && known.column.values == column.values
+            };
+            match kept.iter_mut().find(same) {
+                // What files share is no channel of either.
+                Some(shared) => shared.nameless = false,
+                None => kept.push(Own {
+                    stem: stem.clone(),
+                    nameless,
+                    column,
+                }),
             }
-            all.push((stem.clone(), nameless, column));
         }
     }
-    let same = |a: &Column, b: &Column| a.name == b.name && a.values == b.values;
-    let mut kept: Vec<(String, bool, Column)> = Vec::new();
-    for (stem, nameless, column) in all {
-        if !kept.iter().any(|(.., known)| same(known, &column)) {
-            kept.push((stem, nameless, column));
-        }
-    }
-    let names: Vec<String> = kept.iter().map(|(.., c)| c.name.clone()).collect();
-    let is_twice = |name: &String| names.iter().filter(|n| *n == name).count() > 1;
-    let renamed = kept.into_iter().map(|(stem, nameless, mut column)| {
-        if !nameless && is_twice(&column.name) {
-            column.name = stem;
-        }
-        column
+    let is_twice = |name: &str| kept.iter().filter(|own| own.column.name == name).count() > 1;
+    let is_renamed: Vec<bool> = kept
+        .iter()
+        .map(|own| own.nameless || is_twice(&own.column.name))
+        .collect();
+    let stems: Vec<String> = kept.iter().map(|own| own.stem.clone()).collect();
+    let each = kept.into_iter().zip(&is_renamed);
+    let renamed = each.map(|(mut own, renamed)| {
+        let mut beside = stems.iter().zip(&is_renamed);
+        let alone = beside
+            .by_ref()
+            .filter(|(s, r)| **s == own.stem && **r)
+            .count()
+            == 1;
+        own.column.name = match (renamed, alone) {
+            (false, _) => own.column.name,
+            (true, true) => own.stem,
+            (true, false) => format!("{} {}", own.stem, own.column.name),
+        };
+        own.column
     });
     renamed.collect()
 }

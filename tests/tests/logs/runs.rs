@@ -171,3 +171,38 @@ fn two_columns_without_names_are_told_apart_by_the_work_that_the_joint_takes_in(
         assert!(study.contains(held), "{study}");
     }
 }
+
+/// Of three columns without a heading the velocity is the slope of the displacement.
+#[test]
+fn three_columns_without_names_are_told_apart_by_the_slope_that_one_is_of_another() {
+    let dir = TempDir::new().unwrap();
+    let rows = (0..2000).map(|i| {
+        let [t, x, force] = row(i, 2.0);
+        let velocity = (row(i + 1, 2.0)[1] - x) * 500.0;
+        format!("{t:.3} {force:.6} {x:.9} {velocity:.6}\n")
+    });
+    fs::write(dir.path().join("table.txt"), rows.collect::<String>()).unwrap();
+    succeed(dir.path(), &["init", "--yes", "table.txt"]);
+    let study = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    for held in [
+        "time = \"c1\"",
+        "displacement = \"c3\"   # guessed",
+        "velocity = \"c4\"   # guessed",
+        "force = \"c2\"   # guessed",
+    ] {
+        assert!(study.contains(held), "{study}");
+    }
+}
+
+/// What drives a body near one frequency looks like a joint that is counted the other way.
+#[test]
+fn two_columns_that_may_be_a_driven_body_or_a_joint_are_asked_for() {
+    let dir = TempDir::new().unwrap();
+    let rows = (0..2000).map(|i| {
+        let [t, x, force] = row(i, 2.0);
+        format!("{t:.3} {x:.9} {:.6}\n", -force)
+    });
+    fs::write(dir.path().join("table.txt"), rows.collect::<String>()).unwrap();
+    let said = fail(dir.path(), &["init", "--yes", "table.txt"], 3);
+    assert!(said.contains("--column force="), "{said}");
+}

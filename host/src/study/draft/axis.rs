@@ -39,13 +39,27 @@ pub(super) fn axes(
         let mut with_roles = said.clone();
         with_roles.columns.extend(roles.clone());
         let mut axes = self::axes(logs, time, &with_roles, findings)?;
-        let [(_, displacement), (_, force)] = &roles;
+        let of = |role: &str| {
+            roles
+                .iter()
+                .find(|(own, _)| own == role)
+                .map_or("", |(_, c)| c)
+        };
+        let [x, v, force] = ["displacement", "velocity", "force"].map(of);
+        let how = match v {
+            "" => format!(
+                "a joint takes in work where {x:?} is the displacement and {force:?} the force"
+            ),
+            _ => format!(
+                "{v:?} follows the slope of {x:?}, as a velocity does its displacement, and {force:?} is left for the force"
+            ),
+        };
         findings.push(format!(
-            "no names tell the columns apart: a joint takes in work where {displacement:?} is the displacement and {force:?} the force, so they \
-             are taken for these"
+            "no names tell the columns apart: {how}, so they are taken for these"
         ));
         for axis in &mut axes {
-            let channels = axis.displacement.iter_mut().chain(&mut axis.force);
+            let channels = axis.displacement.iter_mut().chain(&mut axis.velocity);
+            let channels = channels.chain(&mut axis.force);
             channels.for_each(|channel| channel.guessed = true);
         }
         return Ok(axes);

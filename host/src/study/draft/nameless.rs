@@ -1,5 +1,5 @@
-//! Logs without a heading, or one that tells nothing: which of two columns is the displacement and
-//! which the force.
+//! Logs without a heading, or one that tells nothing: which of two or three columns is the
+//! displacement, which the velocity and which the force.
 //!
 //! A joint takes in work, ∮ F·dx > 0 by the sign with which it pulls back; with the columns
 //! exchanged it would give out as much, ∮ x·dF = −∮ F·dx. What does not come back to where it
@@ -7,7 +7,7 @@
 //! which one column is counted the other way; that the body moves more smoothly does.
 
 use super::parts::{Log, Said};
-use super::trial::{LOSSY, with_work};
+use super::trial::{DERIVATIVE, LOSSY, with_work};
 use crate::study::survey::{Survey, SurveyedColumn};
 
 /// Correlation of displacement and force from which on the sign of the stiffness is told.
@@ -17,28 +17,58 @@ const PULLS_BACK: f64 = 0.3;
 /// than this factor where the two can be told apart.
 const ROUGHER: f64 = 1.2;
 
-/// The roles of two columns that no names tell apart, as [`Said`] has them; `None` where there are
-/// not two, or nothing tells.
+/// The roles of columns that no names tell apart, as [`Said`] has them: of two the displacement and
+/// the force, of three the velocity as well. `None` where there are others, or nothing tells.
 pub(super) fn roles(
     logs: &[Log<'_>],
     time: Option<&str>,
     said: &Said,
-) -> Option<[(String, String); 2]> {
+) -> Option<Vec<(String, String)>> {
     let survey = logs[0].survey;
+    let timeless = said.is_timeless(survey);
     let columns = nameless(survey, time, said)?;
-    let [first, second] = columns.as_slice() else {
-        return None;
+    let roles = match columns.as_slice() {
+        [first, second] => {
+            let mut sums = Sums::default();
+            for log in logs {
+                sums.add(log.values(first)?, log.values(second)?);
+            }
+            let [x, force] = match sums.first_is_displacement(timeless)? {
+                true => [*first, *second],
+                false => [*second, *first],
+            };
+            vec![("displacement", x), ("force", force)]
+        }
+        [_, _, _] if !timeless => {
+            let [x, v] = derivative(logs, &columns)?;
+            let force = columns.iter().find(|c| **c != x && **c != v)?;
+            vec![("displacement", x), ("velocity", v), ("force", force)]
+        }
+        _ => return None,
     };
-    let mut sums = Sums::default();
-    for log in logs {
-        sums.add(log.values(first)?, log.values(second)?);
-    }
-    let [x, force] = match sums.first_is_displacement(said.is_timeless(survey))? {
-        true => [first, second],
-        false => [second, first],
+    let roles = roles.into_iter();
+    Some(roles.map(|(role, c)| (role.into(), c.into())).collect())
+}
+
+/// The one pair of columns of which the second is the derivative of the first; `None` where there
+/// is none, or several.
+fn derivative<'a>(logs: &[Log<'_>], columns: &[&'a str]) -> Option<[&'a str; 2]> {
+    let pairs = columns
+        .iter()
+        .flat_map(|a| columns.iter().map(move |b| [*a, *b]));
+    let follows = |[a, b]: &[&str; 2]| {
+        let sums = logs.iter().try_fold([0.0; 3], |[aa, bb, ab], log| {
+            let (a, b) = (log.values(a)?, log.values(b)?);
+            let slopes = a.windows(3).map(|w| w[2] - w[0]);
+            let pairs = slopes.zip(b.iter().skip(1));
+            Some(pairs.fold([aa, bb, ab], |[aa, bb, ab], (a, b)| {
+                [aa + a * a, bb + b * b, ab + a * b]
+            }))
+        });
+        sums.is_some_and(|[aa, bb, ab]| a != b && ab > DERIVATIVE * (aa * bb).sqrt())
     };
-    let roles = [("displacement", x), ("force", force)];
-    Some(roles.map(|(role, column)| (role.into(), (*column).into())))
+    let mut found = pairs.filter(follows);
+    found.next().filter(|_| found.next().is_none())
 }
 
 /// The role of the only column that has no name, where nothing is applied: the position of what
