@@ -79,9 +79,7 @@ pub(super) fn position(
     said: &Said,
 ) -> Option<(String, String)> {
     match nameless(survey, time, said)?.as_slice() {
-        [only] if survey.column(only)?.named.quantities.is_empty() => {
-            Some(("displacement".into(), (*only).into()))
-        }
+        [only] => Some(("displacement".into(), (*only).into())),
         _ => None,
     }
 }
@@ -103,7 +101,9 @@ fn nameless<'a>(survey: &'a Survey, time: Option<&str>, said: &Said) -> Option<V
     let first = says.next()?;
     let is_like =
         |c: &SurveyedColumn| c.unit == first.unit && c.named.quantities == first.named.quantities;
-    if !nameless && !says.all(is_like) {
+    let alike =
+        !first.named.quantities.is_empty() && says.next().is_some_and(is_like) && says.all(is_like);
+    if !nameless && !alike {
         return None;
     }
     let moving = survey.columns.iter().filter(moves);

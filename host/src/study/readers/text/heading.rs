@@ -69,18 +69,21 @@ pub(super) fn name_the_unnamed(names: &mut [String], units: &[Option<String>], f
     }
 }
 
-/// A comment right above the first row that has as many words as there are columns: how NumPy
-/// writes a heading.
+/// Comments right above the first row that have as many words as there are columns, from there
+/// upwards: how NumPy writes a heading, and others one with units below it.
 pub(super) fn commented_heading(
     top: &[(usize, &str)],
     first_line: usize,
     columns: usize,
     split_line: &dyn Fn(&str) -> Vec<String>,
-) -> Option<Vec<String>> {
-    let above = top.iter().take_while(|(number, _)| *number < first_line);
-    let (_, comment) = above.last()?;
-    let words = split_line(comment.trim_start().trim_start_matches(['#', '%', '/']));
-    (columns > 1 && words.len() == columns).then_some(words)
+) -> Vec<Vec<String>> {
+    let above = top.partition_point(|(number, _)| *number < first_line);
+    let words = |(_, comment): &(usize, &str)| {
+        split_line(comment.trim_start().trim_start_matches(['#', '%', '/']))
+    };
+    let lines = top[..above].iter().rev().map(words);
+    let fitting = lines.take_while(|words| columns > 1 && words.len() == columns);
+    fitting.take(2).collect()
 }
 
 /// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has

@@ -81,9 +81,15 @@ pub(super) fn split<'a>(line: &'a str, separator: Separator, cells: &mut Vec<&'a
     push(&line[start..]);
 }
 
-/// Whether a line is a comment.
+/// Whether a line is a comment, or drawn below a heading.
 pub(super) fn is_comment(line: &str) -> bool {
-    line.trim_start().starts_with(['#', '%']) || line.starts_with("//")
+    line.trim_start().starts_with(['#', '%']) || line.starts_with("//") || is_rule(line)
+}
+
+/// Whether a line holds nothing but strokes.
+fn is_rule(line: &str) -> bool {
+    let is_stroke = |c: char| "-=_+|".contains(c) || c.is_whitespace();
+    line.chars().all(is_stroke) && ["---", "===", "___"].iter().any(|s| line.contains(s))
 }
 
 /// Finds the layout; `top` are the file's first lines, `further` some from its middle and end,
@@ -143,9 +149,10 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         .take_while(|cells| first.is_none() || fits(cells.len(), columns))
         .take(2)
         .collect();
-    let (mut heading, units) = heading_and_units(names);
-    if heading.is_none() {
-        heading = first.and_then(|i| commented_heading(top, rows[i].0, columns, &split_line));
+    let (mut heading, mut units) = heading_and_units(names);
+    if let (None, Some(i)) = (&heading, first) {
+        let commented = commented_heading(top, rows[i].0, columns, &split_line);
+        (heading, units) = heading_and_units(commented);
     }
     let units = match &heading {
         Some(names) => with_columns_of_units(units, names, &body, &split_line),
@@ -335,6 +342,21 @@ mod tests {
             assert_eq!(found.heading.unwrap().join("|"), heading, "{head}{row}");
             assert_eq!(found.first_line, Some(first), "{head}{row}");
         }
+    }
+
+    #[test]
+    fn a_commented_heading_may_have_units_below_it_and_a_heading_strokes() {
+        let commented = format!(
+            "#Created: today\n#Time A\tPos A\tTime B\n#[s]\t[au]\t[s]\n{}",
+            row_repeated("", "0.025\t600\t0.05")
+        );
+        let layout = guessed(&commented);
+        let names = ["Time A", "Pos A", "Time B"].map(str::to_owned);
+        assert_eq!(layout.heading.as_deref(), Some(&names[..]));
+        assert_eq!(layout.units[0].as_deref(), Some("s"));
+        let ruled = row_repeated("t, Angle(deg)\n-------------\n", "0.1, 2.5");
+        let names = ["t", "Angle(deg)"].map(str::to_owned);
+        assert_eq!(guessed(&ruled).heading.as_deref(), Some(&names[..]));
     }
 
     #[test]
