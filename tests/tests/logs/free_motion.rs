@@ -61,7 +61,7 @@ pub(super) fn noise(row: u32, shift: f64) -> f64 {
 /// A pendulum with dry friction and drag that is let go, after a hand has moved it through these
 /// angles.
 fn swings_out(hand: &[f64], from: f64, losses: Losses) -> String {
-    let mut text = String::from("t,q\n");
+    let mut text = String::from("t,angle\n");
     let before = hand.iter().chain(std::iter::repeat(&0.0));
     let mut state = [from, 0.0];
     let dt = 1.0 / RATE_HZ / 10.0;
@@ -83,7 +83,7 @@ fn swings_out(hand: &[f64], from: f64, losses: Losses) -> String {
 
 fn pendulum(folder: &Path, force: &str, inertia: &str, losses: Losses) {
     let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"q\"\nforce = {force}\n{inertia}\n\
+        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = {force}\n{inertia}\n\
          [[record]]\nfile = \"high.csv\"\nrole = \"train\"\n[[record]]\nfile = \"low.csv\"\nrole = \"train\"\n\
          [[record]]\nfile = \"middle.csv\"\nrole = \"validate\"\n\
          [base]\nterms = [\"gravity@q\", \"viscous@q\"]\n"
@@ -145,7 +145,8 @@ fn what_a_hand_does_before_it_lets_go_is_left_out() {
         .unwrap();
     }
     let files = ["init", "--yes", "high.csv", "low.csv", "middle.csv"];
-    let said = ["--column", "force=0", "--column", "displacement=q"];
+    let inertia = INERTIA.to_string();
+    let said = ["--column", "force=0", "--inertia", &inertia];
     let findings = succeed(folder, &[&files[..], &said].concat());
     assert!(
         findings.contains("the body is let go and swings freely in rows [25"),

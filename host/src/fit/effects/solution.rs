@@ -194,9 +194,13 @@ fn solve_from(
         shapes: &shapes,
         weights,
     };
-    let judged = |solved: &Solved| match is_sound(records, terms, solved) {
-        true => solved.cost,
-        false => UNPHYSICAL * solved.cost,
+    let judged = |solved: &Solved| {
+        let mut listed = terms.iter().zip(&solved.values);
+        let physical = listed.all(|(term, values)| is_physical(term, values, records));
+        match physical && !cancels(records, terms, solved) {
+            true => solved.cost,
+            false => UNPHYSICAL * solved.cost,
+        }
     };
     let forces = records.references.force.iter().take(axes.len());
     let by_force = problem(forces.map(|force| 1.0 / force).collect());
@@ -215,8 +219,8 @@ fn solve_from(
     let at = by_residual.shapes_of(&lowest);
     let (end, mut stopped) = by_residual.search(&at, SMALL_GAIN)?;
     let mut solved = by_residual.settle(end)?;
-    // A search without a bound may run away from there.
-    if !is_sound(records, terms, &solved) {
+    // The search may run away from there, towards forces that cancel.
+    if cancels(records, terms, &solved) {
         let stayed = by_residual.solve(&at, None)?;
         if judged(&stayed) < judged(&solved) {
             (solved, stopped) = (stayed, Stopped::Direct);
@@ -230,13 +234,9 @@ fn solve_from(
     })
 }
 
-/// Whether all terms have values that they can have, and no two cancel: no force is several times
-/// the measured one and that of the inertia.
-fn is_sound(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> bool {
-    let mut listed = terms.iter().zip(&solved.values);
-    if !listed.all(|(term, values)| is_physical(term, values, records)) {
-        return false;
-    }
+/// Whether the force of a term is several times the measured one and that of the inertia, so that
+/// others cancel it.
+fn cancels(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> bool {
     let rows = records.rows_per_axis().max(1);
     let inertias = terms.iter().map(|term| records.count(term)).sum();
     let of_inertia = (inertias..solved.factors.len()).map(|at| at..at + 1);
@@ -256,11 +256,11 @@ fn is_sound(records: &Records<'_>, terms: &[AxisEffect], solved: &Solved) -> boo
         rms(&force)
     };
     let (of_terms, of_inertia): (Vec<_>, Vec<_>) = (of_terms.collect(), of_inertia.collect());
-    (0..records.accelerations.len()).all(|axis| {
+    (0..records.accelerations.len()).any(|axis| {
         let known = of_inertia.iter().map(|columns| size(columns.clone(), axis));
         let known = known.fold(records.references.force[axis], f64::max);
         let mut sizes = of_terms.iter().map(|columns| size(columns.clone(), axis));
-        sizes.all(|size| size <= MAX_FORCE * known)
+        sizes.any(|size| size > MAX_FORCE * known)
     })
 }
 
