@@ -94,8 +94,10 @@ pub(crate) fn candidates(
             // not.
             let mut listed = bound.entry.parameters().iter();
             let turns = listed.any(|p| p.is_given() && bound.entry.is_in_si(p));
+            let shows = bench.reverses || !needs_a_way_back(bound);
             // Whether every record has a zero of its own is asked apart.
             !rival
+                && shows
                 && (!turns || axes[bound.axis].kind == AxisKind::Rotation)
                 && !bound.entry.is_zero_per_record()
                 && !known.contains(bound)
@@ -105,6 +107,20 @@ pub(crate) fn candidates(
                     .any(|w| w == name || *w == bound.name(&names))
         })
         .collect()
+}
+
+/// Friction that changes with the place.
+const FRICTION_BY_PLACE: [&str; 3] = [
+    "position_friction",
+    "periodic_friction",
+    "bouc_wen_by_place",
+];
+
+/// Whether an axis that goes one way says nothing of an effect: there time passes as the place
+/// does, and friction that changes with the place is a spring.
+fn needs_a_way_back(bound: &AxisEffect) -> bool {
+    bound.entry.subsystem == Subsystem::TimeVaryingPlant
+        || FRICTION_BY_PLACE.contains(&bound.entry.about.name)
 }
 
 impl Library {

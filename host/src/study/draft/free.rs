@@ -249,7 +249,12 @@ fn axis_of(
             true => Convention::InertiaMinusForce,
             false => Convention::ForceMinusInertia,
         },
-        base: vec![if weighs { "gravity" } else { "stiffness" }, "viscous"],
+        base: match (weighs, swing.is_on_shaken_base()) {
+            (true, _) => vec!["gravity", "viscous"],
+            (false, true) => vec!["stiffness", "viscous"],
+            // Where a body rests its sensor need not read 0.
+            (false, false) => vec!["stiffness", "viscous", "preload"],
+        },
     }
 }
 

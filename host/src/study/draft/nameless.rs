@@ -7,7 +7,7 @@
 //! which one column is counted the other way; that the body moves more smoothly does.
 
 use super::parts::{Log, Said};
-use super::trial::{DERIVATIVE, LOSSY, with_work};
+use super::trial::{BETTER, DERIVATIVE, LOSSY, with_work};
 use crate::study::survey::{Survey, SurveyedColumn};
 
 /// Correlation of displacement and force from which on the sign of the stiffness is told.
@@ -50,25 +50,30 @@ pub(super) fn roles(
     Some(roles.map(|(role, c)| (role.into(), c.into())).collect())
 }
 
-/// The one pair of columns of which the second is the derivative of the first; `None` where there
-/// is none, or several.
+/// The pair of columns of which the second is the derivative of the first; `None` where there is
+/// none, or another one is nearly as much so.
 fn derivative<'a>(logs: &[Log<'_>], columns: &[&'a str]) -> Option<[&'a str; 2]> {
-    let pairs = columns
-        .iter()
-        .flat_map(|a| columns.iter().map(move |b| [*a, *b]));
-    let follows = |[a, b]: &[&str; 2]| {
-        let sums = logs.iter().try_fold([0.0; 3], |[aa, bb, ab], log| {
+    let likeness = |[a, b]: [&str; 2]| {
+        let sums = logs.iter().try_fold([0.0; 3], |sums, log| {
             let (a, b) = (log.values(a)?, log.values(b)?);
             let slopes = a.windows(3).map(|w| w[2] - w[0]);
             let pairs = slopes.zip(b.iter().skip(1));
-            Some(pairs.fold([aa, bb, ab], |[aa, bb, ab], (a, b)| {
+            Some(pairs.fold(sums, |[aa, bb, ab], (a, b)| {
                 [aa + a * a, bb + b * b, ab + a * b]
             }))
         });
-        sums.is_some_and(|[aa, bb, ab]| a != b && ab > DERIVATIVE * (aa * bb).sqrt())
+        sums.map_or(0.0, |[aa, bb, ab]: [f64; 3]| ab / (aa * bb).sqrt())
     };
-    let mut found = pairs.filter(follows);
-    found.next().filter(|_| found.next().is_none())
+    let pairs = columns
+        .iter()
+        .flat_map(|a| columns.iter().map(move |b| [*a, *b]));
+    let pairs = pairs.filter(|[a, b]| a != b);
+    let mut pairs: Vec<(f64, [&str; 2])> = pairs.map(|pair| (likeness(pair), pair)).collect();
+    pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let [(best, pair), (next, _), ..] = pairs.as_slice() else {
+        return None;
+    };
+    (*best > DERIVATIVE && 1.0 - best < BETTER * (1.0 - next)).then_some(*pair)
 }
 
 /// The role of the only column that has no name, where nothing is applied: the position of what
