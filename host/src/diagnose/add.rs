@@ -399,7 +399,7 @@ pub(crate) fn held_out_errors(
         .filter(|(term, _)| term.entry.about.name == DELAY);
     late.for_each(|(_, values)| values.fill(0.0));
     let ridge = strengths(prepared, study, model);
-    OnRecords::new(&study.axes, &training, model)?.held_out_errors(&terms, &ridge)
+    Ok(OnRecords::new(&study.axes, &training, model)?.held_out_errors(&terms, &ridge))
 }
 
 /// What no model can go below, per axis, under the whole model.

@@ -142,8 +142,8 @@ impl<'a> Unseen<'a> {
         if let Some(records) = self.validation {
             return Ok(relative_errors(records, terms, &solution.solved));
         }
-        let errors = self.held_out()?;
-        let errors = errors.held_out_errors(&valued(terms, solution), &self.no_ridge())?;
+        let held_out = self.held_out()?;
+        let errors = held_out.held_out_errors(&valued(terms, solution), &self.no_ridge());
         Ok(errors.iter().map(|e| e.relative_error).collect())
     }
 
@@ -156,7 +156,7 @@ impl<'a> Unseen<'a> {
     ) -> Result<Vec<Vec<f64>>> {
         let Some(records) = self.validation else {
             let held_out = self.held_out()?;
-            let squares = held_out.held_out_squares(&valued(terms, solution), &self.no_ridge())?;
+            let squares = held_out.held_out_squares(&valued(terms, solution), &self.no_ridge());
             let measured = held_out.measured();
             let axes = squares.iter().zip(measured);
             let logs = axes.map(|(squares, force)| {

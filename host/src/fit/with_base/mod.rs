@@ -37,7 +37,7 @@ const REACH: f64 = 2.1;
 const MIN_NEW: f64 = 1e-4;
 
 /// Columns and tangents with the bounds of their factors.
-fn bounded(columns: Vec<Vec<f64>>, slopes: Vec<Vec<f64>>) -> Vec<(Vec<f64>, [f64; 2])> {
+fn with_bounds(columns: Vec<Vec<f64>>, slopes: Vec<Vec<f64>>) -> Vec<(Vec<f64>, [f64; 2])> {
     let free = |column| (column, [f64::NEG_INFINITY, f64::INFINITY]);
     let near = |slope| (slope, [-SHAPES_MOVE, SHAPES_MOVE]);
     let columns = columns.into_iter().map(free);
@@ -158,7 +158,7 @@ impl<'a> OnRecords<'a> {
             columns.extend(self.records.columns(bound, values));
         }
         columns.extend(self.records.accelerations.iter().flatten().cloned());
-        bounded(
+        with_bounds(
             columns,
             fit.problem(&self.records, terms).slopes(&fit.solved),
         )
@@ -182,15 +182,12 @@ impl<'a> OnRecords<'a> {
     }
 
     /// Errors per axis on stretches that were held out in turn, for effects with these values.
-    ///
-    /// # Errors
-    /// Records that leave the base undetermined.
     pub(crate) fn held_out_errors(
         &self,
         terms: &[(AxisEffect, Vec<f64>)],
         ridge: &[f64],
-    ) -> Result<Vec<AxisError>> {
-        let squares = self.held_out_squares(terms, ridge)?;
+    ) -> Vec<AxisError> {
+        let squares = self.held_out_squares(terms, ridge);
         let axes = self.axes.iter().zip(self.measured()).zip(squares);
         let error = |((axis, force), squares): ((&Axis, &[f64]), Vec<f64>)| {
             let error: f64 = squares.iter().sum();
@@ -203,19 +200,16 @@ impl<'a> OnRecords<'a> {
                 relative_error: (error / square.max(f64::MIN_POSITIVE)).sqrt(),
             }
         };
-        Ok(axes.map(error).collect())
+        axes.map(error).collect()
     }
 
     /// Σ error² per axis and fold on stretches that were held out in turn, for effects with these
     /// values.
-    ///
-    /// # Errors
-    /// Records that leave the base undetermined.
     pub(crate) fn held_out_squares(
         &self,
         terms: &[(AxisEffect, Vec<f64>)],
         ridge: &[f64],
-    ) -> Result<Vec<Vec<f64>>> {
+    ) -> Vec<Vec<f64>> {
         let bounds: Vec<AxisEffect> = terms.iter().map(|(bound, _)| *bound).collect();
         let mut columns: Vec<Vec<f64>> = self
             .records
@@ -242,20 +236,10 @@ impl<'a> OnRecords<'a> {
         let unknowns = unknowns::shapes(&bounds, &self.records.references);
         let unknowns: Vec<&ShapeUnknown> = unknowns.iter().collect();
         let slopes = self.records.slopes(&at.collect::<Vec<_>>(), &unknowns);
-        let columns = bounded(columns, slopes);
-        let axes = self.axes.iter().enumerate();
-        let squares = axes.map(|(index, axis)| {
-            let squares = self.held_out(index, &columns, &ridge[index..=index]).remove(0);
-            if squares.iter().all(|square| square.is_finite()) {
-                return Ok(squares);
-            }
-            Err(Error::data(format!(
-                "the training records without one block leave the model of axis {} undetermined: record longer, or give a \
-                 record the role \"validate\"",
-                axis.name
-            )))
-        });
-        squares.collect()
+        let columns = with_bounds(columns, slopes);
+        let axes = ridge.chunks_exact(1).enumerate();
+        axes.map(|(axis, ridge)| self.held_out(axis, &columns, ridge).remove(0))
+            .collect()
     }
 
     /// Per axis the strength at which held-out stretches are followed best, about the one before.
