@@ -1,10 +1,10 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
-use super::nameless;
 use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
+use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
-use crate::study::channels::units::{Quantity, is_bare, is_of_current};
+use crate::study::channels::units::{Quantity, is_bare};
 use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
@@ -35,70 +35,24 @@ pub(super) fn axes(
     if !axes.is_empty() {
         return Ok(axes);
     }
-    if let Some(roles) = nameless::roles(logs, time, said) {
-        let mut with_roles = said.clone();
-        with_roles.columns.extend(roles.clone());
-        let mut axes = self::axes(logs, time, &with_roles, findings)?;
-        let of = |role: &str| {
-            roles
-                .iter()
-                .find(|(own, _)| own == role)
-                .map_or("", |(_, c)| c)
-        };
-        let [x, v, force] = ["displacement", "velocity", "force"].map(of);
-        let how = match v {
-            "" => format!(
-                "a joint takes in work where {x:?} is the displacement and {force:?} the force"
-            ),
-            _ => format!(
-                "{v:?} follows the slope of {x:?}, as a velocity does its displacement, and {force:?} is left for the force"
-            ),
-        };
-        findings.push(format!(
-            "no names tell the columns apart: {how}, so they are taken for these"
-        ));
-        for axis in &mut axes {
-            let channels = axis.displacement.iter_mut().chain(&mut axis.velocity);
-            let channels = channels.chain(&mut axis.force);
-            channels.for_each(|channel| channel.guessed = true);
-        }
-        return Ok(axes);
-    }
-    let Some(current) = only_current(survey, said) else {
+    let Some(stand_in) = stand_in(logs, time, said) else {
         return Err(nothing_to_draft(survey, time, said));
     };
-    let mut with_current = said.clone();
-    let column = current.name.clone();
-    with_current.columns.push(("force".into(), column));
-    let axes = self::axes(logs, time, &with_current, findings)?;
-    findings.push(format!(
-        "no column is a force, so the current {:?} stands for it, as the force of a motor follows its current",
-        current.name
-    ));
-    Ok(axes)
-}
-
-/// The current of a log that names no force, where it has one alone.
-fn only_current<'a>(survey: &'a Survey, said: &Said) -> Option<&'a SurveyedColumn> {
-    let of_force = |c: &SurveyedColumn| {
-        let mut kinds = [AxisKind::Translation, AxisKind::Rotation].into_iter();
-        kinds.any(|kind| c.named.score(Quantity::Force(kind)) > 0)
+    let mut with_roles = said.clone();
+    with_roles.columns.extend(stand_in.roles.iter().cloned());
+    let mut axes = self::axes(logs, time, &with_roles, findings)?;
+    findings.push(stand_in.why);
+    let is_guessed = |channel: &DraftChannel| {
+        let mut roles = stand_in.roles.iter();
+        roles.any(|(_, column)| *column == channel.column)
     };
-    if said.column("force").is_some() || survey.columns.iter().any(of_force) {
-        return None;
+    for axis in &mut axes {
+        let channels = axis.displacement.iter_mut().chain(&mut axis.velocity);
+        for channel in channels.chain(&mut axis.force) {
+            channel.guessed |= is_guessed(channel);
+        }
     }
-    // An `i` may count the rows.
-    let counts = |c: &SurveyedColumn| c.values.windows(2).all(|w| w[1] > w[0]);
-    let currents = survey.columns.iter().filter(|c| is_current(c));
-    let mut currents = currents.filter(|c| !counts(c));
-    currents
-        .next()
-        .filter(|c| currents.next().is_none() && c.missing == 0 && c.rms > 0.0)
-}
-
-fn is_current(column: &SurveyedColumn) -> bool {
-    let by_name = column.named.current;
-    column.unit.as_deref().map_or(by_name, is_of_current)
+    Ok(axes)
 }
 
 /// Refuses columns that the user named twice, or that are not there.

@@ -13,6 +13,7 @@ mod nameless;
 mod parts;
 mod records;
 mod runs;
+mod stand_in;
 mod trial;
 mod write;
 

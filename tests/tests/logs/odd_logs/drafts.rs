@@ -189,3 +189,19 @@ fn unit_columns(rows: u32, last: &str) {
     }
     succeed(folder.path(), &["identify", ".", "--model", "physical"]);
 }
+
+/// As structural tests write it: the drift of a storey is an angle, the force is none about it.
+#[test]
+fn an_angle_beside_a_force_stands_for_the_displacement() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,storey drift angle (rad),Force (kN)", |t| {
+        let [x, v, _] = motion(t);
+        [t, x, 40.0 * x + 3.0 * v]
+    });
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    let said = succeed(folder.path(), &["init", "--yes", "run.csv"]);
+    assert!(said.contains("is taken for the displacement"), "{said}");
+    let found = values(&folder.path().join("study.toml"));
+    assert_near(&found, "stiffness", 40e3, 1e-3);
+    assert_near(&found, "viscous", 3e3, 1e-2);
+}
