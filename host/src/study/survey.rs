@@ -2,6 +2,7 @@
 //! and sampling.
 
 use super::channels::naming::{self, Named};
+use super::channels::signs::{sign_bit, signed};
 use super::channels::units::Quantity;
 use super::joined::PLUS;
 use super::log::Request;
@@ -32,6 +33,8 @@ pub struct SurveyedColumn {
     /// Smallest difference between neighbours that are not equal: the resolution, where the
     /// channel is coarser than its noise.
     pub step: Option<f64>,
+    /// The bit that holds the sign of the numbers in the file.
+    pub sign_bit: Option<u32>,
     pub(crate) named: Named,
 }
 
@@ -120,6 +123,13 @@ impl Survey {
             .into_iter()
             .map(|c| surveyed(c.name, c.unit, c.values.unwrap_or_default()))
             .collect();
+        table.notes.extend(columns.iter().filter_map(|column| {
+            let bit = column.sign_bit?;
+            Some(format!(
+                "column {:?} holds its sign in bit {bit}, as registers of servos do: sign_bit = {bit}",
+                column.name
+            ))
+        }));
         let rows = columns.iter().map(|c| c.values.len()).max().unwrap_or(0);
         let rows = long.as_ref().map_or(rows, LongLog::rows);
         if let Some([_, looked_at]) = beginning {
@@ -193,8 +203,9 @@ impl Survey {
         let end = ends.max().map_or(looked_at, |last| last + 1);
         let columns: Vec<SurveyedColumn> = kept
             .into_iter()
-            .map(|c| {
-                surveyed(
+            .map(|c| SurveyedColumn {
+                sign_bit: c.sign_bit,
+                ..surveyed(
                     c.name.clone(),
                     c.unit.clone(),
                     c.values[..end.min(c.values.len())].to_vec(),
@@ -276,7 +287,13 @@ pub(crate) fn smallest_step(values: &[f64]) -> Option<f64> {
     steps.min_by(f64::total_cmp)
 }
 
-fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedColumn {
+fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> SurveyedColumn {
+    let sign_bit = sign_bit(&values);
+    if let Some(bit) = sign_bit {
+        values
+            .iter_mut()
+            .for_each(|value| *value = signed(*value, bit));
+    }
     let named = naming::read(&name, unit.as_deref());
     let finite = || values.iter().copied().filter(|v| v.is_finite());
     let count = finite().count();
@@ -291,6 +308,7 @@ fn surveyed(name: String, unit: Option<String>, values: Vec<f64>) -> SurveyedCol
         },
         rms: (finite().map(|v| (v - mean).powi(2)).sum::<f64>() / count.max(1) as f64).sqrt(),
         step: smallest_step(&values),
+        sign_bit,
         unit: unit.or_else(|| named.unit.clone()),
         named,
         name,

@@ -1,6 +1,7 @@
 //! One column of a log and what its numbers mean in SI.
 
 use super::naming;
+use super::signs::signed;
 use super::turns::unwrap;
 use super::units::Quantity;
 use crate::study::AxisKind;
@@ -18,6 +19,7 @@ pub(crate) struct Calibrated {
     pub(crate) column: String,
     scale: f64,
     offset: f64,
+    sign_bit: Option<u32>,
     quantity: Quantity,
     /// The unit that study.toml states, and how many SI units one of it is.
     stated: Option<(String, f64)>,
@@ -71,8 +73,11 @@ impl Calibrated {
             (None, Some(unit)) => self.factor(unit).unwrap_or(1.0),
             (None, None) => 1.0,
         };
-        let (scale, offset) = (self.scale, self.offset);
-        move |value| (value * scale + offset) * factor
+        let (scale, offset, sign_bit) = (self.scale, self.offset, self.sign_bit);
+        move |value| {
+            let value = sign_bit.map_or(value, |bit| signed(value, bit));
+            (value * scale + offset) * factor
+        }
     }
 
     /// The SI unit of its quantity; empty for an input.
@@ -156,6 +161,7 @@ impl Columns {
             column: column.to_owned(),
             scale: 1.0,
             offset: 0.0,
+            sign_bit: None,
             quantity: Quantity::Time,
             stated: None,
             named: naming::unit_for(Quantity::Time, column),
@@ -196,6 +202,11 @@ pub(crate) fn calibrate(
                 "scale = {scale} and offset = {offset} must be numbers, and the scale not 0; correct them or leave them out"
             )));
         }
+        if let Some(bit) = table.sign_bit.filter(|bit| !(1..=31).contains(bit)) {
+            return Err(wrong(format!(
+                "sign_bit = {bit} is no bit of a register; give one from 1 to 31, or leave it out"
+            )));
+        }
         let place = columns.place(column, table.optional);
         let clock = match &table.time {
             None => 0,
@@ -207,6 +218,7 @@ pub(crate) fn calibrate(
             column: column.clone(),
             scale,
             offset,
+            sign_bit: table.sign_bit,
             quantity,
             stated,
             named: naming::unit_for(quantity, column),

@@ -4,6 +4,7 @@ pub(super) mod axis;
 pub(super) mod calibrated;
 pub(super) mod integrate;
 pub(super) mod naming;
+pub(super) mod signs;
 pub(super) mod spare;
 mod symbols;
 pub(super) mod turns;

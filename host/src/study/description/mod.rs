@@ -130,6 +130,8 @@ pub(crate) struct ChannelTable {
     pub(crate) unit: Option<String>,
     pub(crate) scale: Option<f64>,
     pub(crate) offset: Option<f64>,
+    /// The bit that is set where the number, without it, is one below 0.
+    pub(crate) sign_bit: Option<u32>,
     /// A column that a record may lack; it counts as 0 there.
     #[serde(default)]
     pub(crate) optional: bool,
@@ -190,6 +192,7 @@ fn plain(column: &str) -> ChannelTable {
         unit: None,
         scale: None,
         offset: None,
+        sign_bit: None,
         optional: false,
         time: None,
     }

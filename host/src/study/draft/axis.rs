@@ -272,6 +272,10 @@ pub(super) fn channel(
         guessed: !named && column.named.score(quantity) < 2 || bare || unknown.is_some() || differ,
         unit,
         scale: 1.0,
+        sign_bit: logs
+            .iter()
+            .filter_map(|log| log.survey.column(&column.name))
+            .find_map(|c| c.sign_bit),
     }
 }
 

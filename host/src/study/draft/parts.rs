@@ -14,6 +14,8 @@ pub struct DraftChannel {
     pub unit: Option<String>,
     /// −1 where the sign was turned.
     pub scale: f64,
+    /// The bit that holds the sign of its numbers.
+    pub sign_bit: Option<u32>,
     /// Whether its place was guessed from the numbers or from a single letter, rather than said by
     /// name and unit.
     pub guessed: bool,

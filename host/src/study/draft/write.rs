@@ -319,6 +319,9 @@ fn written(channel: &DraftChannel) -> String {
     if channel.scale != 1.0 || channel.unit.as_deref().is_some_and(is_bare) {
         parts.push(format!("scale = {:?}", channel.scale));
     }
+    if let Some(bit) = channel.sign_bit {
+        parts.push(format!("sign_bit = {bit}"));
+    }
     match parts.len() {
         1 => column,
         _ => format!("{{ {} }}", parts.join(", ")),

@@ -250,6 +250,7 @@ fn inputs(
             unit: None,
             scale: entry.scale,
             offset: entry.offset,
+            sign_bit: None,
             optional: false,
             time: entry.time.clone(),
         };

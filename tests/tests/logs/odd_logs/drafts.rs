@@ -205,3 +205,32 @@ fn an_angle_beside_a_force_stands_for_the_displacement() {
     assert_near(&found, "stiffness", 40e3, 1e-3);
     assert_near(&found, "viscous", 3e3, 1e-2);
 }
+
+/// A serial servo writes its load as a size with a bit for the sign.
+#[test]
+fn a_register_with_a_bit_for_its_sign_is_read() {
+    let folder = TempDir::new().unwrap();
+    let most = (0..4000)
+        .map(|row| motion(f64::from(row) / RATE))
+        .map(|[x, v, _]| (40.0 * x + 3.0 * v).abs())
+        .fold(0.0, f64::max);
+    let scale = 500.0 / most;
+    let log = text("t,pos,load", |t| {
+        let [x, v, _] = motion(t);
+        let load = (scale * (40.0 * x + 3.0 * v)).round();
+        [t, x, if load < 0.0 { 1024.0 - load } else { load }]
+    });
+    fs::write(folder.path().join("servo.csv"), log).unwrap();
+    let said = succeed(folder.path(), &["init", "--yes", "servo.csv"]);
+    assert!(said.contains("holds its sign in bit 10"), "{said}");
+    let path = folder.path().join("study.toml");
+    let study = fs::read_to_string(&path).unwrap();
+    assert!(study.contains("sign_bit = 10"), "{study}");
+    let found = values(&path);
+    assert_near(&found, "stiffness", scale * 40.0, 0.02);
+    assert_near(&found, "viscous", scale * 3.0, 0.02);
+    fs::write(&path, study.replace("sign_bit = 10", "sign_bit = 40")).unwrap();
+    let words = ["identify", "study.toml", "--model", "physical", "-o", "m"];
+    let said = refused(&folder, &words, 3);
+    assert!(said.contains("is no bit of a register"), "{said}");
+}
