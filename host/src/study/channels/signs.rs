@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 /// Bits that a sign is looked for in.
-const BITS: std::ops::RangeInclusive<u32> = 7..=15;
+const BITS: std::ops::RangeInclusive<u32> = 10..=15;
 /// Sizes that either sign has at least: two levels are a switch.
 const MIN_SIZES: usize = 5;
 /// Part of the rows that either sign has at least.
