@@ -237,14 +237,19 @@ fn on_shaken_base(folder: &Path, law: [f64; 3], heading: &str, columns: fn([f64;
 /// Values of a model's effects against those of the body on a shaken base.
 fn assert_on_base(folder: &Path, law: [f64; 3], tolerance: f64) {
     let model = read(folder, "added.json");
-    let value = |at: usize| {
-        model["effects"][at]["parameters"][0]["value"]
+    let effects = model["effects"].as_array().unwrap();
+    let value = |effect: &str| {
+        let own = effects.iter().find(|e| e["effect"] == effect);
+        own.expect(effect)["parameters"][0]["value"]
             .as_f64()
             .unwrap()
     };
-    for (at, truth) in law.into_iter().enumerate() {
-        let off = value(at) / truth - 1.0;
-        assert!(off.abs() < tolerance, "term {at} is off by {off}: {model}");
+    for (effect, truth) in ["stiffness", "viscous", "cubic_hardening"]
+        .into_iter()
+        .zip(law)
+    {
+        let off = value(effect) / truth - 1.0;
+        assert!(off.abs() < tolerance, "{effect} is off by {off}: {model}");
     }
 }
 

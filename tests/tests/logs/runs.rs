@@ -203,6 +203,8 @@ fn two_columns_that_may_be_a_driven_body_or_a_joint_are_asked_for() {
         format!("{t:.3} {x:.9} {:.6}\n", -force)
     });
     fs::write(dir.path().join("table.txt"), rows.collect::<String>()).unwrap();
-    let said = fail(dir.path(), &["init", "--yes", "table.txt"], 3);
+    let output = run(dir.path(), &["init", "--yes", "table.txt"]);
+    assert_eq!(output.status.code(), Some(3));
+    let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("--column force="), "{said}");
 }
