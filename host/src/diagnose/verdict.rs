@@ -136,7 +136,7 @@ pub(super) fn answer(
         relative_error_after: per_axis(&after),
         absorbed,
         noise_floor: per_axis(&noise),
-        moving: moving(decisions, &names),
+        moving: per_axis(&decisions.iter().map(|d| d.moving).collect::<Vec<_>>()),
         ranked: in_words_ranked(&search, &found, (&learnt, &base), study)?,
         found,
         probabilities: in_words_probabilities(decisions, &zeros, &names, serious),
@@ -176,12 +176,6 @@ fn of_zeros<'a>(
 fn named(names: &[&str], values: &[f64]) -> PerAxis {
     let names = names.iter().map(|name| (*name).to_string());
     names.zip(values.iter().copied()).collect()
-}
-
-/// Mean square of the force about its mean, beside its mean square.
-fn moving(decisions: &[Decision], names: &[&str]) -> PerAxis {
-    let axes = decisions.iter();
-    axes.map(|d| (names[d.axis].to_owned(), d.moving)).collect()
 }
 
 /// The noise of every axis, relative to the force of the validation records, or of the training

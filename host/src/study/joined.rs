@@ -47,23 +47,18 @@ pub(crate) fn table(request: &Request<'_>, files: &[(&str, PathBuf)]) -> Result<
         .iter()
         .flat_map(|(_, (table, _))| table.notes.clone());
     let notes = notes.collect();
-    let mut columns: Vec<Column> = Vec::new();
-    let all = named(tables);
+    let columns = named(tables);
     let rows = |column: &Column| column.values.as_ref().map_or(0, Vec::len);
-    for column in all {
-        if let Some(first) = columns.first()
-            && rows(first) != rows(&column)
-            && !request.sparse
-        {
+    for pair in columns.windows(2) {
+        if rows(&pair[0]) != rows(&pair[1]) && !request.sparse {
             return Err(request.error(format!(
                 "hold {} rows of {:?} and {} of {:?}; a record's files need a row for each of one another's",
-                rows(first),
-                first.name,
-                rows(&column),
-                column.name
+                rows(&pair[0]),
+                pair[0].name,
+                rows(&pair[1]),
+                pair[1].name
             )));
         }
-        columns.push(column);
     }
     Ok(Table {
         numbering,

@@ -354,7 +354,8 @@ fn trial<'a>(
     }
     let mut solved = fits.iter().map(solved);
     let mut spring = solved.next()?;
-    spring[0] = in_place_of_a_push(&fits[0][0], spring[0].take());
+    let both = spring[0].take();
+    spring[0] = both.map(|both| in_place_of_a_push(&fits[0][0], both, spring[2].as_ref()));
     let most = BETTER * spring[0].as_ref()?.rest;
     let weight = solved.next().filter(|[alone, _, _]| {
         turns > FAR && alone.as_ref().is_some_and(|weight| weight.rest < most)
@@ -386,19 +387,17 @@ fn solved([alone, beside]: &[Linear; 2]) -> [Option<Fitted>; 3] {
 }
 
 /// The fit by a mass alone where neither it nor a spring is sure beside the other one, and the
-/// spring would push along: near one frequency that is what a mass does.
-fn in_place_of_a_push(fits: &Linear, fitted: Option<Fitted>) -> Option<Fitted> {
-    let both = fitted?;
+/// `spring` alone would push along: near one frequency that is what a mass does.
+fn in_place_of_a_push(fits: &Linear, both: Fitted, spring: Option<&Fitted>) -> Fitted {
     if both.sure(0) || both.sure(2) {
-        return Some(both);
+        return both;
     }
     let mass = fits.solve_without(2).filter(|mass| {
-        let spring = fits.solve_without(0);
         let [inertia, damping] = [0, 1].map(|i| mass.coefficients[i]);
         let pushes = spring.is_some_and(|s| s.sure(2) && s.coefficients[2] * damping < 0.0);
         pushes && mass.sure(0) && mass.sure(1) && inertia * damping > 0.0
     });
-    Some(mass.unwrap_or(both))
+    mass.unwrap_or(both)
 }
 
 /// Whether a series is another one times a factor.
