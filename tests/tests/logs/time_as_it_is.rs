@@ -393,6 +393,15 @@ fn spring_and_damper(rate_hz: f64, rows: impl Iterator<Item = u32>) -> String {
 /// Drafts a study of logs, which is said to be brought to a rate, and finds spring and damper by
 /// it.
 fn drafted(logs: &[(&str, String)], rate: &str) {
+    finds_spring_and_damper(
+        logs,
+        &format!("interpolated to {rate} Hz"),
+        &format!("time = {{ column = \"time_s\", resample_hz = {rate} }}   # guessed"),
+    );
+}
+
+/// Drafts a study of logs, which says this and has this line, and finds spring and damper by it.
+fn finds_spring_and_damper(logs: &[(&str, String)], says: &str, line: &str) {
     let folder = TempDir::new().unwrap();
     let mut command = vec!["init", "--yes"];
     for (name, log) in logs {
@@ -400,19 +409,36 @@ fn drafted(logs: &[(&str, String)], rate: &str) {
         command.push(name);
     }
     let said = succeed(folder.path(), &command);
-    assert!(
-        said.contains(&format!("interpolated to {rate} Hz")),
-        "{said}"
-    );
+    assert!(said.contains(says), "{said}");
     let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
-    let line = format!("time = {{ column = \"time_s\", resample_hz = {rate} }}   # guessed");
-    assert!(study.contains(&line), "{study}");
+    assert!(study.contains(line), "{study}");
     succeed(folder.path(), &["identify", ".", "--model", "physical"]);
     let model = ModelFile::read(&folder.path().join("model.json")).unwrap();
     let values = model.effects.iter().map(|e| e.parameters[0].value);
     for (value, truth) in values.zip([2e4, 40.0]) {
         assert!((value / truth - 1.0).abs() < 1e-2, "{value} for {truth}");
     }
+}
+
+#[test]
+fn rows_that_arrived_in_bursts_are_taken_as_even() {
+    let rows = spring_and_damper(1000.0, 0..6000);
+    // A serial line is read every 16 ms; what has come by then is written down at once.
+    let mut bursts = String::new();
+    for (row, line) in rows.lines().enumerate() {
+        let arrived = row.div_ceil(16) * 16 + (row + 15) % 16 / 8;
+        match line.split_once(',') {
+            Some((_, rest)) if row > 0 => {
+                bursts += &format!("{:.3},{rest}\n", 1e-3 * arrived as f64);
+            }
+            _ => bursts += &format!("{line}\n"),
+        }
+    }
+    finds_spring_and_damper(
+        &[("log.csv", bursts)],
+        "the times at which rows arrived, so the rows are taken as even, at 1000 Hz",
+        "sample_rate_hz = 1000.0   # guessed",
+    );
 }
 
 #[test]

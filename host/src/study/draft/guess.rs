@@ -1,10 +1,10 @@
 //! The guesses that concern the study as a whole: time, roles, and that the logs go together.
 
-use super::axis;
 use super::free::free_axis;
 use super::parts::{Draft, DraftAxis, Log, Said, names};
 use super::records::{parts_of, records};
 use super::runs::side_by_side;
+use super::{arrival, axis};
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
@@ -60,13 +60,11 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         ));
     }
     let time = time.filter(|_| said.sample_rate_hz.is_none());
-    let resample_hz = time.as_ref().and_then(|time| resample_rate(surveys, time));
-    if let (Some(time), Some(rate)) = (&time, resample_hz) {
-        findings.push(format!(
-            "the times in {:?} are not even, or not the same in all logs, so all channels are interpolated to {rate} Hz",
-            time.column
-        ));
-    }
+    let (time, resample_hz, row_rate) = match time {
+        None => (None, None, None),
+        Some(time) => evenly(surveys, time, &mut findings),
+    };
+    let sample_rate_hz = row_rate.unwrap_or(sample_rate_hz);
     let rate_of = |survey| Some(time_like(survey, time.as_ref()?)?.rate_hz);
     let logs: Vec<Log<'_>> = surveys
         .iter()
@@ -90,6 +88,7 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         name: "joint rig".into(),
         resample_hz,
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
+        guesses_rate: row_rate.is_some(),
         records: records(&parts_of(surveys, &stretches), &axes),
         unused: unused(surveys, time.as_ref(), &axes),
         axes,
@@ -189,6 +188,32 @@ fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
         false => time.rate_hz,
     };
     (faster || !uneven.is_empty()).then(|| round_rate(rate_hz, NEAR_RATE))
+}
+
+/// How the channels come to an even rate, Hz: the time, to which rate they are interpolated, or at
+/// which rate rows were taken whose times are only those at which they arrived.
+fn evenly(
+    surveys: &[Survey],
+    time: SurveyedTime,
+    findings: &mut Vec<String>,
+) -> (Option<SurveyedTime>, Option<f64>, Option<f64>) {
+    let Some(resample_hz) = resample_rate(surveys, &time) else {
+        return (Some(time), None, None);
+    };
+    if let Some(rate) = arrival::rate(surveys, &time) {
+        let rate = round_rate(rate, NEAR_RATE);
+        findings.push(format!(
+            "the times in {:?} come in bursts, and the channels go on evenly from row to row: they are the times at which rows arrived, \
+             so the rows are taken as even, at {rate} Hz",
+            time.column
+        ));
+        return (None, None, Some(rate));
+    }
+    findings.push(format!(
+        "the times in {:?} are not even, or not the same in all logs, so all channels are interpolated to {resample_hz} Hz",
+        time.column
+    ));
+    (Some(time), Some(resample_hz), None)
 }
 
 fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {

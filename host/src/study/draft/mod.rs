@@ -5,6 +5,7 @@
 //! acceleration is the second derivative of a position, a passive joint takes energy out, the
 //! inertia is positive.
 
+mod arrival;
 mod axis;
 mod decay;
 mod free;

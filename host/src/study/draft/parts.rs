@@ -75,6 +75,8 @@ pub struct Draft {
     pub resample_hz: Option<f64>,
     /// Sample rate that the log has, Hz; nothing for a quasi-static log.
     pub sample_rate_hz: Option<f64>,
+    /// Whether nobody stated that rate, and no column counts the time.
+    pub guesses_rate: bool,
     /// One or two axes.
     pub axes: Vec<DraftAxis>,
     /// Columns that change and that nothing was found for, with their units: the joint may follow

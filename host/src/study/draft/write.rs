@@ -40,19 +40,17 @@ pub fn text(draft: &Draft) -> String {
             let guessed = time.guessed || draft.resample_hz.is_some();
             line(&mut text, "time", &value, guessed);
         }
-        None => {
-            let _ = match draft.sample_rate_hz {
-                Some(rate) => writeln!(
-                    text,
-                    "# Samples per second; no column counts the time.\nsample_rate_hz = {rate:?}"
-                ),
-                None => writeln!(
-                    text,
-                    "# Quasi-static: the rows follow each other, and no time is known. Only effects that do not depend on rate are found.\n\
-                     time = \"none\""
-                ),
-            };
-        }
+        None => match draft.sample_rate_hz {
+            Some(rate) => {
+                text.push_str("# Samples per second; no column counts the time.\n");
+                let rate = format!("{rate:?}");
+                line(&mut text, "sample_rate_hz", &rate, draft.guesses_rate);
+            }
+            None => text.push_str(
+                "# Quasi-static: the rows follow each other, and no time is known. Only effects that do not depend on rate are found.\n\
+                 time = \"none\"\n",
+            ),
+        },
     }
     text.push_str(
         "# Force and features are low-passed alike to this before fits and error figures; chosen from the data when left out.\n\

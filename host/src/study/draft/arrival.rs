@@ -1,0 +1,54 @@
+//! Times at which rows arrived at a logger, as of a serial line that is read in bursts: the rows
+//! were taken evenly, and the times say only how many there were.
+
+use crate::study::survey::{Survey, SurveyedTime};
+use crate::study::time::Grid;
+
+/// Rows were taken evenly where the channel that goes on most smoothly does so this many times more
+/// smoothly from row to row than from time to time.
+const SMOOTHER: f64 = 2.0;
+
+/// The rate of the rows, Hz, where the times of every log are only those at which rows arrived.
+pub(super) fn rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
+    let mut rates = Vec::new();
+    for survey in surveys {
+        let column = survey.column(&time.column)?;
+        let seconds = column.values.iter().map(|t| t * time.seconds_per_unit);
+        let seconds: Vec<f64> = seconds.collect();
+        arrived(survey, &seconds).then_some(())?;
+        rates.push(Grid::of(&seconds)?.rate_hz);
+    }
+    Some(rates.iter().sum::<f64>() / rates.len() as f64)
+}
+
+/// Whether a log goes on more smoothly from row to row than from time to time.
+fn arrived(survey: &Survey, seconds: &[f64]) -> bool {
+    // A counter goes on evenly from row to row whenever it was read.
+    let falls = |values: &[f64]| values.windows(2).any(|w| w[1] < w[0]);
+    let channels = survey.columns.iter().filter(|c| c.missing == 0);
+    let channels = channels.filter(|c| c.rms > 0.0 && falls(&c.values));
+    let roughness = channels.map(|c| {
+        let by_row = roughness(&c.values, |_| 0.5);
+        let by_time = roughness(&c.values, |row| {
+            let (before, at, after) = (seconds[row - 1], seconds[row], seconds[row + 1]);
+            match after > before {
+                true => (at - before) / (after - before),
+                false => 0.5,
+            }
+        });
+        [by_row / c.rms, by_time / c.rms]
+    });
+    let smoothest = roughness.min_by(|a, b| a[0].min(a[1]).total_cmp(&b[0].min(b[1])));
+    smoothest.is_some_and(|[by_row, by_time]| SMOOTHER * by_row < by_time)
+}
+
+/// Mean distance of the values from the line between their neighbours; `share` is how far from the
+/// one before to the one after a row stands.
+fn roughness(values: &[f64], share: impl Fn(usize) -> f64) -> f64 {
+    let inner = 1..values.len().saturating_sub(1);
+    let off = inner.map(|row| {
+        let [before, at, after] = [values[row - 1], values[row], values[row + 1]];
+        (at - before - share(row) * (after - before)).abs()
+    });
+    off.sum::<f64>() / values.len() as f64
+}
