@@ -63,6 +63,9 @@ pub(crate) struct Table {
     pub(crate) cut: bool,
     /// What was repaired, one sentence each.
     pub(crate) notes: Vec<String>,
+    /// The rows, as they stand in the file, at which a further block begins, below a heading of
+    /// its own.
+    pub(crate) blocks: Vec<usize>,
 }
 
 impl Table {
@@ -74,6 +77,7 @@ impl Table {
             format: format.into(),
             cut: false,
             notes: Vec::new(),
+            blocks: Vec::new(),
         }
     }
 }

@@ -10,8 +10,11 @@ use super::readers::long::LongLog;
 use super::time::Stamps;
 use crate::text::error::{Error, Result};
 use std::collections::HashSet;
+use std::ops::Range;
 use std::path::Path;
 
+/// No log of a joint is shorter, s, where its unit of time is to be told.
+const A_MOMENT_S: f64 = 0.5;
 /// Rows of a long log that are looked at.
 const BEGINNING: usize = 1 << 18;
 
@@ -36,6 +39,18 @@ pub struct SurveyedColumn {
     /// The bit that holds the sign of the numbers in the file.
     pub sign_bit: Option<u32>,
     pub(crate) named: Named,
+}
+
+impl SurveyedColumn {
+    /// The column as it is in some rows.
+    fn in_rows(&self, rows: Range<usize>) -> Self {
+        let [from, to] = [rows.start, rows.end].map(|row| row.min(self.values.len()));
+        let values = self.values[from..to].to_vec();
+        Self {
+            sign_bit: self.sign_bit,
+            ..surveyed(self.name.clone(), self.unit.clone(), values)
+        }
+    }
 }
 
 /// The times of a log.
@@ -75,8 +90,13 @@ pub struct Survey {
     pub(crate) heading: Vec<String>,
     /// Whether study.toml has to state this heading, since the file has none or another.
     pub(crate) states_heading: bool,
-    /// Whether it ends before the file does.
-    pub(crate) ends_early: bool,
+    /// Where its rows begin in the file, counted from 0.
+    pub(crate) first_row: usize,
+    /// Whether the file holds more rows than these.
+    pub(crate) is_part: bool,
+    /// Where the blocks of the file begin and end that have a heading each; none where there is
+    /// one.
+    pub(crate) blocks: Vec<[usize; 2]>,
 }
 
 impl Survey {
@@ -142,15 +162,24 @@ impl Survey {
                 "{file} holds {rows} rows; check that the logger finished writing it"
             )));
         }
+        let ends = table.blocks.iter().copied().chain([rows]);
+        let starts = std::iter::once(0).chain(table.blocks.iter().copied());
+        let each = starts.zip(ends).map(|(from, to)| [from, to]);
+        let blocks: Vec<_> = each.filter(|_| !table.blocks.is_empty()).collect();
+        let first = blocks.first().map(|[from, to]| -> Vec<SurveyedColumn> {
+            columns.iter().map(|c| c.in_rows(*from..*to)).collect()
+        });
         Ok(Self {
-            time: time_of(&columns),
+            time: time_of(first.as_ref().unwrap_or(&columns)),
+            blocks,
+            first_row: 0,
+            is_part: false,
             format: table.format,
             rows,
             columns,
             notes: table.notes,
             heading,
             states_heading,
-            ends_early: false,
             file,
         })
     }
@@ -201,17 +230,7 @@ impl Survey {
             .max()
             .unwrap_or(0);
         let end = ends.max().map_or(looked_at, |last| last + 1);
-        let columns: Vec<SurveyedColumn> = kept
-            .into_iter()
-            .map(|c| SurveyedColumn {
-                sign_bit: c.sign_bit,
-                ..surveyed(
-                    c.name.clone(),
-                    c.unit.clone(),
-                    c.values[..end.min(c.values.len())].to_vec(),
-                )
-            })
-            .collect();
+        let columns: Vec<SurveyedColumn> = kept.into_iter().map(|c| c.in_rows(0..end)).collect();
         let heading = self.heading.iter().zip(own);
         let heading = heading.map(|(name, own)| if *own { name.clone() } else { String::new() });
         Self {
@@ -220,10 +239,27 @@ impl Survey {
             rows: if end < looked_at { end } else { self.rows },
             heading: heading.collect(),
             states_heading: true,
-            ends_early: end < looked_at,
+            is_part: end < looked_at,
+            first_row: 0,
+            blocks: Vec::new(),
             file: self.file.clone(),
             format: self.format.clone(),
             notes: self.notes.clone(),
+        }
+    }
+
+    /// The log as it is in some of its rows.
+    pub(crate) fn of_rows(&self, [from, to]: [usize; 2]) -> Self {
+        let columns = self.columns.iter().map(|c| c.in_rows(from..to));
+        let columns: Vec<SurveyedColumn> = columns.collect();
+        Self {
+            time: time_of(&columns),
+            columns,
+            rows: to - from,
+            first_row: self.first_row + from,
+            is_part: true,
+            blocks: Vec::new(),
+            ..self.clone()
         }
     }
 
@@ -318,7 +354,8 @@ fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> Surveye
 
 /// The column that counts the time: the one whose name or unit says so best, where it never falls;
 /// of columns without names the first, where it rises evenly, and so the first one where its name
-/// is a unit of time alone (a path is called `s` as well).
+/// is a unit of time alone (a path is called `s` as well), or says of no quantity that it is one
+/// and no row's number.
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let rises = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
@@ -337,7 +374,9 @@ pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let is_unit = |c: &SurveyedColumn| naming::seconds(&c.name);
     let unnamed = |c: &&SurveyedColumn| {
         let number = c.name.strip_prefix('c').unwrap_or(&c.name);
-        (number.parse::<usize>().is_ok() || is_unit(c).is_some()) && rises_evenly(&c.values)
+        let is_numbered = number.parse::<usize>().is_ok() || is_unit(c).is_some();
+        let says_nothing = || c.named.quantities.is_empty() && !is_whole(c);
+        (is_numbered || says_nothing()) && rises_evenly(&c.values)
     };
     let first = columns.first().filter(unnamed);
     let column = best.or(first)?;
@@ -357,15 +396,26 @@ pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
 }
 
 /// How many seconds one of a time's units is, by its steps: a rig is sampled at 20 Hz or faster,
-/// and what counts in whole numbers counts something smaller than a second.
+/// and what counts in whole numbers counts something smaller than a second. A log of a few rows
+/// that would be over in a moment is a slower one.
 fn usual_unit(column: &SurveyedColumn) -> f64 {
-    let step = (column.range[1] - column.range[0]) / column.values.len() as f64;
-    let whole = column.values.iter().all(|v| v.fract() == 0.0);
-    match step {
-        ..=0.05 => 1.0,
-        ..=1.0 if !whole => 1.0,
-        ..=50.0 => 1e-3,
-        ..=50e3 => 1e-6,
-        _ => 1e-9,
+    let length = column.range[1] - column.range[0];
+    let step = length / column.values.len() as f64;
+    let whole = is_whole(column);
+    let (unit, coarser) = match step {
+        ..=0.05 => (1.0, 1.0),
+        ..=1.0 if !whole => (1.0, 1.0),
+        ..=50.0 => (1e-3, 1e-3),
+        ..=50e3 => (1e-6, 1e-3),
+        _ => (1e-9, 1e-6),
+    };
+    match length * unit < A_MOMENT_S {
+        true => coarser,
+        false => unit,
     }
+}
+
+/// Whether a column holds whole numbers alone.
+fn is_whole(column: &SurveyedColumn) -> bool {
+    column.values.iter().all(|v| v.fract() == 0.0)
 }

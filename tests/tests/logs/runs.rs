@@ -131,6 +131,35 @@ fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
     );
 }
 
+/// A test machine's steps stand one below the other, each with a preface and a clock of its own.
+#[test]
+fn blocks_of_one_log_with_a_heading_each_are_records_of_their_own() {
+    let dir = TempDir::new().unwrap();
+    let mut text = String::from("Created by a test machine\n\n");
+    for (step, hz, rows) in [(1, 2.0, 2000), (2, 1.3, 1500)] {
+        writeln!(
+            text,
+            "Step No. {step}\nSet Force = -200\nData Count,{rows}\n\nT,disp,force\nsec,mm,N\n"
+        )
+        .unwrap();
+        (0..rows).for_each(|i| writeln!(text, "{}", cells(row(i, hz))).unwrap());
+    }
+    fs::write(dir.path().join("steps.csv"), text).unwrap();
+    is_the_damper(drafted(dir.path(), &["steps.csv"]));
+    let study = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    for rows in ["rows = [0, 2000]", "rows = [2000, 3500]"] {
+        assert!(study.contains(rows), "{study}");
+    }
+    let inspected = succeed(dir.path(), &["inspect", "steps.csv"]);
+    assert!(inspected.contains("3500 rows in 2 blocks"), "{inspected}");
+    // A line that is no row, and above no heading, is refused as ever.
+    let whole = fs::read_to_string(dir.path().join("steps.csv")).unwrap();
+    let (above, below) = whole.rsplit_once("T,disp,force\nsec,mm,N\n").unwrap();
+    fs::write(dir.path().join("steps.csv"), format!("{above}{below}")).unwrap();
+    let said = fail(dir.path(), &["inspect", "steps.csv"], 3);
+    assert!(said.contains("1 cell where 3 columns are named"), "{said}");
+}
+
 /// Two thermometers and two columns of words are no second run of one displacement.
 #[test]
 fn names_that_stand_twice_beside_one_force_make_no_runs() {

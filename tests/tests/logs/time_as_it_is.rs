@@ -442,6 +442,39 @@ fn rows_that_arrived_in_bursts_are_taken_as_even() {
 }
 
 #[test]
+fn a_slow_log_of_few_rows_counts_milliseconds() {
+    let rows = spring_and_damper(1000.0, 0..600);
+    let slow = rows.lines().enumerate().map(|(row, line)| {
+        let (_, rest) = line.split_once(',').unwrap();
+        match row {
+            0 => format!("t,{rest}\n"),
+            row => format!("{},{rest}\n", 100 * row),
+        }
+    });
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("log.csv"), slow.collect::<String>()).unwrap();
+    let said = succeed(folder.path(), &["init", "--yes", "log.csv"]);
+    assert!(said.contains("counts ms, which makes 10 Hz"), "{said}");
+}
+
+#[test]
+fn a_first_column_that_rises_evenly_is_the_time_unless_its_name_says_otherwise() {
+    let rows = spring_and_damper(1000.0, 0..2000);
+    let named = |name: &str| rows.replacen("time_s", name, 1);
+    let folder = TempDir::new().unwrap();
+    let drafts = |name: &str| {
+        fs::write(folder.path().join("log.csv"), named(name)).unwrap();
+        let _ = fs::remove_file(folder.path().join("study.toml"));
+        run(folder.path(), &["init", "--yes", "log.csv"])
+    };
+    assert!(drafts("Channel name").status.success());
+    let refused = drafts("travel");
+    let said = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(3), "{said}");
+    assert!(said.contains("(rising in every row: \"travel\")"), "{said}");
+}
+
+#[test]
 fn a_draft_for_a_log_with_many_gaps_brings_it_to_an_even_rate_and_says_so() {
     let rows = (0..6000).filter(|row| row * row % 997 > 20);
     drafted(&[("log.csv", spring_and_damper(1000.0, rows))], "1000");

@@ -11,6 +11,9 @@ const POINTS: usize = 400;
 /// A paragraph and a table; with `plots`, each channel drawn.
 pub(super) fn in_words(survey: &Survey, plots: bool) -> String {
     let mut text = format!("{}: {}, {} rows", survey.file, survey.format, survey.rows);
+    if !survey.blocks.is_empty() {
+        text.push_str(&format!(" in {} blocks", survey.blocks.len()));
+    }
     match &survey.time {
         Some(time) => {
             text.push_str(&format!(

@@ -1,7 +1,7 @@
 //! What a column is, by its name and unit: English, German and French words, and units written in
 //! brackets or behind the name.
 
-use super::units::{Quantity, is_a_unit, is_bare};
+use super::units::{Quantity, is_a_unit, is_bare, is_g};
 use crate::study::AxisKind::{Rotation, Translation};
 
 /// What a name and a unit say.
@@ -210,6 +210,13 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
     let (commanded, measured) = (among(&COMMANDS), among(&MEASURED));
     let by_unit = |quantity: Quantity| known.map(|unit| quantity.factor(unit, false).is_ok());
     let score = |quantity: Quantity| match by_unit(quantity) {
+        Some(true)
+            if quantity == Quantity::Force(Translation)
+                && known.is_some_and(is_g)
+                && by_name(quantity) == 0 =>
+        {
+            0
+        }
         Some(true) if bare.is_some() => 1,
         Some(true) => 4 + by_name(quantity),
         // A volt or a count says nothing; any other unit says that it is something else.

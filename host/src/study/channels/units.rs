@@ -153,6 +153,8 @@ const FORCE: &[(&str, f64)] = &[
     ("kip", 1e3 * POUND_FORCE),
     ("kgf", GRAVITY),
     ("gf", 1e-3 * GRAVITY),
+    // As testers of texture and of wear write it.
+    ("g", 1e-3 * GRAVITY),
 ];
 /// A torque is a force times a length, either of which may stand first.
 const TORQUE: &[(&str, f64)] = &[
@@ -268,6 +270,11 @@ pub(crate) fn unit_of_time(seconds: f64) -> Option<&'static str> {
 /// Whether a unit has no size of its own.
 pub(crate) fn is_bare(unit: &str) -> bool {
     BARE.contains(&normalised(unit).as_str())
+}
+
+/// Whether a unit is a g, of a force less often than of an acceleration.
+pub(crate) fn is_g(unit: &str) -> bool {
+    normalised(unit) == "g"
 }
 
 /// Whether a unit is one of a current.

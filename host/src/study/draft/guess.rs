@@ -3,15 +3,16 @@
 use super::free::free_axis;
 use super::parts::{Draft, DraftAxis, Log, Said, names};
 use super::records::{parts_of, records};
-use super::runs::side_by_side;
+use super::runs::{one_below_another, side_by_side};
 use super::{arrival, axis};
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
-use crate::study::survey::{self, Survey, SurveyedTime};
+use crate::study::survey::{self, Survey, SurveyedColumn, SurveyedTime};
 use crate::study::time::pieces::{MIN_ROWS, TOO_FINE, density};
 use crate::study::time::sampling::are_even;
 use crate::study::time::{RATE_TOLERANCE, round_rate};
 use crate::text::error::{Error, Result};
+use crate::text::table::sample_rate;
 use std::borrow::Cow;
 
 /// A round rate that is as near as this, relative, does for uneven times.
@@ -53,10 +54,10 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
     }
     if let Some(time) = time.as_ref().filter(|time| time.guessed) {
         findings.push(format!(
-            "column {:?} states no unit; by its steps it counts {}, which makes {} Hz",
+            "column {:?} states no unit; by its steps it counts {}, which makes {}",
             time.column,
             unit_of_time(time.seconds_per_unit).unwrap_or("s"),
-            time.rate_hz
+            sample_rate(time.rate_hz)
         ));
     }
     let time = time.filter(|_| said.sample_rate_hz.is_none());
@@ -101,12 +102,16 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
 fn runs_of<'a>(surveys: &'a [Survey], findings: &mut Vec<String>) -> Cow<'a, [Survey]> {
     let mut runs: Vec<Cow<'_, Survey>> = Vec::new();
     for survey in surveys {
-        let Some(own) = side_by_side(survey) else {
+        let (own, place) = match side_by_side(survey) {
+            Some(own) => (own, "side by side"),
+            None => (one_below_another(survey), "one below the other"),
+        };
+        if own.is_empty() {
             runs.push(Cow::Borrowed(survey));
             continue;
-        };
+        }
         findings.push(format!(
-            "{} names its columns {} times, so it is read as so many runs side by side",
+            "{} names its columns {} times, so it is read as so many runs {place}",
             survey.file,
             own.len()
         ));
@@ -141,9 +146,20 @@ fn no_time(first: &Survey) -> Error {
         Some(c) => format!(" ({:?} does not rise from row to row)", c.name),
         None => String::new(),
     };
+    let rises = |c: &&SurveyedColumn| c.missing == 0 && c.values.windows(2).all(|w| w[1] > w[0]);
+    let rising: Vec<String> = first
+        .columns
+        .iter()
+        .filter(rises)
+        .map(|c| format!("{:?}", c.name))
+        .collect();
+    let candidates = match rising.as_slice() {
+        [] => String::new(),
+        names => format!(" (rising in every row: {})", names.join(", ")),
+    };
     Error::data(format!(
-        "{}: no column counts the time{broken}; name it with --column time=COLUMN, state the rate with --rate HZ, or say --column time=none \
-         for a quasi-static log without time",
+        "{}: no column counts the time{broken}; name it with --column time=COLUMN{candidates}, state the rate with --rate HZ, or say --column \
+         time=none for a quasi-static log without time",
         first.file
     ))
 }

@@ -56,11 +56,11 @@ impl Part<'_> {
     /// A record of some of its rows.
     fn record(&self, role: Role, rows: [usize; 2]) -> DraftRecord {
         let survey = self.survey;
-        let is_file = rows == [0, survey.rows] && !survey.ends_early;
+        let is_file = rows == [0, survey.rows] && !survey.is_part;
         DraftRecord {
             file: survey.file.clone(),
             role,
-            rows: (!is_file).then_some(rows),
+            rows: (!is_file).then_some(rows.map(|row| survey.first_row + row)),
             columns: survey.states_heading.then(|| survey.heading.clone()),
         }
     }

@@ -1,5 +1,5 @@
-//! Several runs in one log: test stands and spreadsheets write them side by side, each with the
-//! same names above its columns.
+//! Several runs in one log: test stands and spreadsheets write them side by side or one below the
+//! other, each with the same names above its columns.
 
 use crate::study::survey::Survey;
 
@@ -31,4 +31,10 @@ pub(super) fn side_by_side(survey: &Survey) -> Option<Vec<Survey>> {
         survey.of_columns(&own.collect::<Vec<bool>>())
     });
     Some(all.collect())
+}
+
+/// A log for each of the blocks of a log that have a heading of their own.
+pub(super) fn one_below_another(survey: &Survey) -> Vec<Survey> {
+    let blocks = survey.blocks.iter();
+    blocks.map(|rows| survey.of_rows(*rows)).collect()
 }

@@ -21,7 +21,7 @@ pub(super) const FAR: f64 = 1.0;
 pub(super) const DERIVATIVE: f64 = 0.9;
 /// Part of the work to and fro that a joint keeps, from which on it is no slip of the instruments.
 pub(super) const LOSSY: f64 = 0.05;
-/// The same, from which on nearly all of the work is of one sign.
+/// From which part on most of something is: of the work of one sign, of what is explained.
 const MOST_OF_IT: f64 = 0.5;
 
 /// The columns that may be each part of an axis, the likeliest first.
@@ -386,16 +386,18 @@ fn solved([alone, beside]: &[Linear; 2]) -> [Option<Fitted>; 3] {
     [fitted, beside.solve(), without]
 }
 
-/// The fit by a mass alone where neither it nor a spring is sure beside the other one, and the
-/// `spring` alone would push along: near one frequency that is what a mass does.
+/// The fit by a mass alone where a mass is not sure beside a spring, and the `spring` pushes along:
+/// near one frequency that is what a mass does. Its acceleration is the noisier of the two, so that
+/// it need not explain all that the spring does.
 fn in_place_of_a_push(fits: &Linear, both: Fitted, spring: Option<&Fitted>) -> Fitted {
-    if both.sure(0) || both.sure(2) {
+    let Some(spring) = spring.filter(|s| s.sure(2) && !both.sure(0)) else {
         return both;
-    }
+    };
     let mass = fits.solve_without(2).filter(|mass| {
         let [inertia, damping] = [0, 1].map(|i| mass.coefficients[i]);
-        let pushes = spring.is_some_and(|s| s.sure(2) && s.coefficients[2] * damping < 0.0);
-        pushes && mass.sure(0) && mass.sure(1) && inertia * damping > 0.0
+        let pushes = spring.coefficients[2] * damping < 0.0;
+        let explains = 1.0 - mass.rest > MOST_OF_IT * (1.0 - spring.rest);
+        pushes && explains && mass.sure(0) && mass.sure(1) && inertia * damping > 0.0
     });
     mass.unwrap_or(both)
 }

@@ -5,6 +5,7 @@ use super::{Axis, LIMITS};
 use crate::study::check::kinematics::{alike, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::{AxisKind, Channels, Convention};
+use crate::text::table::short;
 
 /// Blocks of rows of all records together, and of each alone.
 const BLOCKS: usize = 24;
@@ -102,8 +103,9 @@ impl Axis<'_> {
             && mass < 0.0
         {
             return Some(format!(
-                "axis {name}: the force (column \"{column}\") acts against the acceleration, as if the body's mass were {mass:.3} {}: \
+                "axis {name}: the force (column \"{column}\") acts against the acceleration, as if the body's mass were {} {}: \
                  its sign is turned; write force = {{ column = \"{column}\", scale = -1.0 }}, keeping its unit",
+                short(mass),
                 axis.kind.inertia_unit()
             ));
         }

@@ -6,9 +6,10 @@
 
 use super::cells::{Clock, Decimal, instant, number};
 use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
-use super::{decode, lines};
+use super::{blocks, decode, lines};
 use crate::study::log::{Column, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
+use std::ops::Range;
 
 /// Bytes of a line at the top of a log, and of any line of a long one. A line's cells are compared
 /// with each other, and each of them is a name.
@@ -39,7 +40,8 @@ pub(crate) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
         lines_before: 0,
         rows_before: 0,
     };
-    let numbering = rows(request, body, &layout, &names, &mut columns)?;
+    let between = blocks::between(text, &layout);
+    let (numbering, blocks) = rows(request, body, &layout, &names, (&mut columns, &between))?;
     let columns = names
         .into_iter()
         .zip(columns)
@@ -51,11 +53,10 @@ pub(crate) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
         })
         .collect();
     Ok(Table {
-        columns,
         numbering: Numbering::Lines(numbering),
-        format: format(&layout),
         cut: true,
-        notes: Vec::new(),
+        blocks,
+        ..Table::whole(format(&layout), columns)
     })
 }
 
@@ -196,21 +197,29 @@ impl Reading {
     }
 }
 
-/// Reads the rows that the request takes; gives the line of each.
+/// Reads the rows that the request takes, lines `between` blocks left out; gives the line of each,
+/// and of all rows those with which a further block begins.
 pub(super) fn rows(
     request: &Request<'_>,
     body: Body<'_>,
     layout: &Layout,
     names: &[String],
-    columns: &mut [Reading],
-) -> Result<Vec<u32>> {
+    (columns, between): (&mut [Reading], &[Range<usize>]),
+) -> Result<(Vec<u32>, Vec<usize>)> {
     let first_line = layout.first_line.unwrap_or(1);
     let [from, to] = request.rows.unwrap_or([0, usize::MAX]);
     let mut numbering = Vec::new();
     let mut cells = Vec::with_capacity(names.len());
     let mut total = body.rows_before;
+    let (mut between, mut blocks) = (between.iter().peekable(), Vec::new());
     let numbered = lines(body.text).map(|(number, line)| (body.lines_before + number, line));
     for (number, line) in numbered.filter(|(n, line)| *n >= first_line && !is_comment(line)) {
+        if between.peek().is_some_and(|lines| lines.contains(&number)) {
+            continue;
+        }
+        if between.next_if(|lines| lines.end == number).is_some() {
+            blocks.push(total);
+        }
         let row = total;
         total += 1;
         if row < from || row >= to {
@@ -241,7 +250,7 @@ pub(super) fn rows(
         numbering.push(number as u32);
     }
     request.range(total)?;
-    Ok(numbering)
+    Ok((numbering, blocks))
 }
 
 /// What is said of a text without a row of numbers.
@@ -295,8 +304,9 @@ fn wrong_length(
     } else {
         "the row is long: repair it, or leave it out with rows = […]"
     };
+    let s = if cells == 1 { "" } else { "s" };
     request.error_in(
         &line_name(number),
-        format!("{cells} cells where {heading} columns are named; {try_this}"),
+        format!("{cells} cell{s} where {heading} columns are named; {try_this}"),
     )
 }

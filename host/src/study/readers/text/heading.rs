@@ -1,6 +1,7 @@
 //! The names of a text log's columns and their units: above the rows, in a row or in columns of
 //! their own.
 
+use super::is_blank;
 use crate::study::channels::units::is_a_unit;
 
 /// The names, and the units below or within them; `names` are the last lines above the first row,
@@ -78,12 +79,45 @@ pub(super) fn commented_heading(
     split_line: &dyn Fn(&str) -> Vec<String>,
 ) -> Vec<Vec<String>> {
     let above = top.partition_point(|(number, _)| *number < first_line);
-    let words = |(_, comment): &(usize, &str)| {
-        split_line(comment.trim_start().trim_start_matches(['#', '%', '/']))
+    let comments = top[..above].iter().rev();
+    let comments = comments.map(|(_, line)| line.trim_start().trim_start_matches(['#', '%', '/']));
+    let words = |comment: &str| {
+        let words = split_line(comment);
+        // “# Columns: t x F”
+        match comment.split_once(':') {
+            Some((_, names)) if words.len() != columns => {
+                let blanks = names.split_whitespace().map(str::to_owned);
+                let ways = [split_line(names.trim()), blanks.collect()];
+                ways.into_iter().find(|names| names.len() == columns)
+            }
+            _ => Some(words),
+        }
     };
-    let lines = top[..above].iter().rev().map(words);
+    let lines = comments
+        .filter(|comment| !is_blank(comment))
+        .map_while(words);
     let fitting = lines.take_while(|words| columns > 1 && words.len() == columns);
     fitting.take(2).collect()
+}
+
+/// Names that stand one below the other in a preface, as many as there are columns, each with its
+/// unit: `Speed [deg/s]`.
+pub(super) fn listed_heading(above: &[(usize, &str)], columns: usize) -> Option<Vec<String>> {
+    let is_named = |line: &&(usize, &str)| {
+        let open = line.1.rfind(['[', '(']);
+        let (name, unit) = line
+            .1
+            .split_at_checked(open.unwrap_or(0))
+            .unwrap_or_default();
+        !name.trim().is_empty() && bracketed(unit.trim()).is_some()
+    };
+    let mut lists = above.chunk_by(|a, b| is_named(&a) == is_named(&b));
+    let list = lists.rfind(|list| columns > 1 && list.len() == columns && is_named(&&list[0]))?;
+    Some(
+        list.iter()
+            .map(|(_, name)| name.trim().to_owned())
+            .collect(),
+    )
 }
 
 /// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has

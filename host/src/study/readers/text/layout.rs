@@ -3,7 +3,7 @@
 
 use super::cells::{Decimal, instant, number};
 use super::heading::{
-    commented_heading, heading_and_units, name_the_unnamed, with_columns_of_units,
+    commented_heading, heading_and_units, listed_heading, name_the_unnamed, with_columns_of_units,
 };
 
 /// Lines looked at from the top of the file, where preface and heading are.
@@ -26,6 +26,8 @@ pub(super) struct Layout {
     pub(super) decimal: Decimal,
     /// The column names, when a line holds them.
     pub(super) heading: Option<Vec<String>>,
+    /// The line above the rows that holds them.
+    pub(super) heading_line: Option<String>,
     /// The units of a row of units, in brackets or not.
     pub(super) units: Vec<Option<String>>,
     /// The line of the file in which the first row of numbers stands; `None` where there is none.
@@ -51,6 +53,11 @@ const WAYS: [(Separator, Decimal); 10] = [
 /// Cells of a line, trimmed, without the quotation marks around them.
 pub(super) fn split<'a>(line: &'a str, separator: Separator, cells: &mut Vec<&'a str>) {
     cells.clear();
+    // Programs that write matrices end their rows so.
+    let line = match separator {
+        Separator::Char(';') => line,
+        _ => line.strip_suffix(';').unwrap_or(line),
+    };
     let delimiter = match separator {
         Separator::Blanks if line.contains('"') => ' ',
         Separator::Blanks => return cells.extend(line.split_whitespace()),
@@ -153,6 +160,7 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     if let (None, Some(i)) = (&heading, first) {
         let commented = commented_heading(top, rows[i].0, columns, &split_line);
         (heading, units) = heading_and_units(commented);
+        heading = heading.or_else(|| listed_heading(above, columns));
     }
     let units = match &heading {
         Some(names) => with_columns_of_units(units, names, &body, &split_line),
@@ -163,13 +171,28 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         let firsts = cells.filter_map(|cells| number(cells.first()?, decimal));
         name_the_unnamed(names, &units, &firsts.collect::<Vec<_>>());
     }
+    let is_heading = |line: &&str| {
+        heading
+            .as_ref()
+            .is_some_and(|names| split_line(line) == *names)
+    };
+    let heading_line = above.iter().rev().map(|(_, line)| *line).find(is_heading);
     Layout {
         separator,
         decimal,
+        heading_line: heading_line.map(str::to_owned),
         heading,
         units,
         first_line: first.map(|i| rows[i].0),
     }
+}
+
+/// Whether most of the columns hold a number or an instant in these cells, as in a row and not in a
+/// preface.
+pub(super) fn holds_numbers(cells: &[&str], layout: &Layout) -> bool {
+    let columns = layout.heading.as_ref().map_or(0, Vec::len);
+    let values = cells.iter().filter(|c| is_value(c, layout.decimal)).count();
+    2 * values > columns && fits(cells.len(), columns)
 }
 
 /// A trailing separator adds an empty cell to the rows or to the heading.
@@ -357,6 +380,32 @@ mod tests {
         let ruled = row_repeated("t, Angle(deg)\n-------------\n", "0.1, 2.5");
         let names = ["t", "Angle(deg)"].map(str::to_owned);
         assert_eq!(guessed(&ruled).heading.as_deref(), Some(&names[..]));
+    }
+
+    #[test]
+    fn a_preface_may_name_the_columns_behind_a_colon_or_one_below_the_other() {
+        let behind = "# Run: 7\n# Columns: t x F_cell\n#\n";
+        let layout = guessed(&row_repeated(behind, "0.1\t2.5\t3"));
+        assert_eq!(layout.heading.unwrap(), ["t", "x", "F_cell"]);
+        let listed = "Limits (speed [deg/s], torque [mNm]): (1080, 199)\n\n--- Format\nDuty cycle [%]\nSpeed: [deg/s]\n\
+                      Time [ms]\n--- Data log\n";
+        let layout = guessed(&row_repeated(listed, "0;7572;67"));
+        assert_eq!(
+            layout.heading.unwrap(),
+            ["Duty cycle [%]", "Speed: [deg/s]", "Time [ms]"]
+        );
+        assert_eq!(layout.separator, Separator::Char(';'));
+        // A list of another length names nothing.
+        assert_eq!(guessed(&row_repeated(listed, "0;7572;67;5")).heading, None);
+    }
+
+    #[test]
+    fn a_semicolon_at_the_end_of_a_row_belongs_to_no_cell() {
+        let found = guessed(&row_repeated("t,x,F\n", "0.1,2.5,-3;"));
+        assert_eq!(found.separator, Separator::Char(','));
+        let mut cells = Vec::new();
+        split("0.1,2.5,-3;", found.separator, &mut cells);
+        assert_eq!(cells, ["0.1", "2.5", "-3"]);
     }
 
     #[test]

@@ -170,7 +170,7 @@ impl Lines {
             rows: Some([rows.start, rows.end]),
             ..*request
         };
-        csv::rows(&some, body, &self.layout, &self.names, &mut readings)?;
+        csv::rows(&some, body, &self.layout, &self.names, (&mut readings, &[]))?;
         Ok(readings)
     }
 }

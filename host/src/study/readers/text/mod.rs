@@ -1,5 +1,6 @@
 //! Text of a log: its encoding, and its lines whatever ends them.
 
+mod blocks;
 mod cells;
 pub(super) mod csv;
 mod heading;
