@@ -24,6 +24,10 @@ const TRIED: usize = 9;
 const LEFT: f64 = 0.5;
 /// Rounds of trials, each between the neighbours of the best of the last.
 const PASSES: usize = 3;
+/// A joint stands still without a force where both are this part of their largest values.
+const AT_REST: f64 = 0.05;
+/// Rows from which the velocity at the beginning is read.
+const FIRST_ROWS: usize = 4;
 /// Samples of the travel, of the same number on every axis.
 const SAMPLES: usize = 32;
 
@@ -40,6 +44,8 @@ pub(super) struct AxisRecord<'a> {
     pub(super) velocity: &'a [f64],
     /// Applied force, N or N·m.
     pub(super) force: &'a [f64],
+    /// The same in the first logged row.
+    pub(super) first_force: f64,
     /// Acceleration of the body.
     pub(super) acceleration: &'a [f64],
     pub(super) sample_rate_hz: f64,
@@ -95,9 +101,22 @@ impl AxisRecord<'_> {
         [displacement, velocity]
     }
 
+    /// Whether the joint stands still at the first logged row, and no force acts: then nothing in it
+    /// is stretched.
+    fn begins_at_rest(&self) -> bool {
+        let rows = FIRST_ROWS.min(self.displacement.len() - 1);
+        let moved = self.displacement[rows] - self.displacement[0];
+        let velocity = moved * self.sample_rate_hz / rows.max(1) as f64;
+        self.first_force.abs() <= AT_REST * peak(self.force)
+            && velocity.abs() <= AT_REST * peak(self.velocity)
+    }
+
     /// The travel from rest to the first row; 0 where the record does not say, or says that there
     /// was none.
     fn travel(&self) -> f64 {
+        if self.begins_at_rest() {
+            return 0.0;
+        }
         let rows = self.force.len().min(MAX_ROWS);
         let x = &self.displacement[..(self.first_row + rows).min(self.displacement.len())];
         let least = x.iter().copied().fold(f64::INFINITY, f64::min);

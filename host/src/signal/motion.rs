@@ -260,6 +260,7 @@ pub fn motion(study: &Study, index: usize, record: &Record, filters: &Filters) -
             first_row: half,
             velocity: &velocity,
             force: &force,
+            first_force: channels.force.first().copied().unwrap_or(0.0),
             acceleration: motion.acceleration.last().map_or(&[], Vec::as_slice),
             sample_rate_hz: study.sample_rate_hz,
             band: &filters.band,

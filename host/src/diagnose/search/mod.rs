@@ -12,7 +12,7 @@ pub(crate) mod start;
 pub(super) mod zeros;
 
 use crate::diagnose::criteria::CRITERIA;
-use crate::diagnose::decide::chances::{falls, is_gained, is_refuted, mean_and_error};
+use crate::diagnose::decide::chances::{falls, is_gained, is_raised, is_refuted, mean_and_error};
 use crate::diagnose::decide::{Decision, decide};
 use crate::diagnose::errors::{Unseen, relative_errors, shapes_of};
 use crate::fit::effects::columns::Records;
@@ -462,7 +462,10 @@ fn refuted(
         let seen = gains.iter().filter(|(effect, _)| *effect == bound);
         let seen: Vec<f64> = seen.flat_map(|(_, gains)| gains.clone()).collect();
         let absent = is_absent(records, &bound, &last.solution.solved.values[at]);
-        if !absent && !is_refuted(&seen, &unseen) {
+        let raised = own
+            .iter()
+            .all(|&axis| is_raised(&without[axis], &with[axis]));
+        if !absent && !raised && !is_refuted(&seen, &unseen) {
             continue;
         }
         let each = own.into_iter();

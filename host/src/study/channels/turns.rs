@@ -5,15 +5,20 @@ use std::f64::consts::{PI, TAU};
 /// How far a step may be from a whole turn, rad: what the body moves from row to row.
 const FROM_A_TURN: f64 = 0.25 * PI;
 
-/// Lets an angle, rad, go on where it steps by about a whole turn from one row to the next; gives
-/// how often.
+/// Lets an angle, rad, go on where it steps by about a whole turn from one row to the next, and goes
+/// on more evenly without; gives how often.
 pub(crate) fn unwrap(angle: &mut [f64]) -> usize {
     let (mut turns, mut places) = (0.0, 0);
     let mut before = angle.first().copied().unwrap_or(0.0);
+    let mut moved = 0.0;
     for value in angle.iter_mut().skip(1) {
         let step = *value - before;
         before = *value;
-        if (step.abs() - TAU).abs() < FROM_A_TURN {
+        let without = step - TAU.copysign(step);
+        let is_wrapped =
+            without.abs() < FROM_A_TURN && (without - moved).abs() < (step - moved).abs();
+        moved = if is_wrapped { without } else { step };
+        if is_wrapped {
             turns -= TAU.copysign(step);
             places += 1;
         }
@@ -40,6 +45,12 @@ mod tests {
             let most = rows.map(|(row, a)| (a - off - true_angle(row)).abs());
             assert!(most.fold(0.0, f64::max) < 1e-9);
         }
+        // A shaft that turns by more than once a row.
+        let mut fast: Vec<f64> = (0..600)
+            .map(|row| 500.0 * (0.02 * f64::from(row)).sin())
+            .collect();
+        let logged = fast.clone();
+        assert_eq!((unwrap(&mut fast), fast), (0, logged));
         let mut lost: Vec<f64> = (0..20)
             .map(|row| if row < 10 { 0.1 } else { 3.0 })
             .collect();
