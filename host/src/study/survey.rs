@@ -94,8 +94,8 @@ pub struct Survey {
     pub(crate) first_row: usize,
     /// Whether the file holds more rows than these.
     pub(crate) is_part: bool,
-    /// Where the blocks of the file begin and end that have a heading each; none where there is
-    /// one.
+    /// Where the blocks of the file begin and end that have a heading each, unless their time goes
+    /// on from one to the next.
     pub(crate) blocks: Vec<[usize; 2]>,
 }
 
@@ -162,15 +162,17 @@ impl Survey {
                 "{file} holds {rows} rows; check that the logger finished writing it"
             )));
         }
-        let ends = table.blocks.iter().copied().chain([rows]);
-        let starts = std::iter::once(0).chain(table.blocks.iter().copied());
-        let each = starts.zip(ends).map(|(from, to)| [from, to]);
-        let blocks: Vec<_> = each.filter(|_| !table.blocks.is_empty()).collect();
-        let first = blocks.first().map(|[from, to]| -> Vec<SurveyedColumn> {
-            columns.iter().map(|c| c.in_rows(*from..*to)).collect()
-        });
+        let mut time = time_of(&columns);
+        let mut blocks = Vec::new();
+        if time.is_none() && !table.blocks.is_empty() {
+            let ends = table.blocks.iter().copied().chain([rows]);
+            let starts = std::iter::once(0).chain(table.blocks.iter().copied());
+            blocks = starts.zip(ends).map(|(from, to)| [from, to]).collect();
+            let first = columns.iter().map(|c| c.in_rows(0..table.blocks[0]));
+            time = time_of(&first.collect::<Vec<_>>());
+        }
         Ok(Self {
-            time: time_of(first.as_ref().unwrap_or(&columns)),
+            time,
             blocks,
             first_row: 0,
             is_part: false,

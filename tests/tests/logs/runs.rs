@@ -152,6 +152,20 @@ fn blocks_of_one_log_with_a_heading_each_are_records_of_their_own() {
     }
     let inspected = succeed(dir.path(), &["inspect", "steps.csv"]);
     assert!(inspected.contains("3500 rows in 2 blocks"), "{inspected}");
+    // Where the time goes on, a heading that stands there again breaks nothing off.
+    let head = "T,disp,force\nsec,mm,N\n";
+    let rows = |from: u32| {
+        (from..from + 1500)
+            .map(|i| cells(row(i, 2.0)) + "\n")
+            .collect::<String>()
+    };
+    fs::write(
+        dir.path().join("on.csv"),
+        format!("{head}{}\nData Acquisition\n{head}{}", rows(0), rows(1500)),
+    )
+    .unwrap();
+    let inspected = succeed(dir.path(), &["inspect", "on.csv"]);
+    assert!(inspected.contains("3000 rows, 500 Hz"), "{inspected}");
     // A line that is no row, and above no heading, is refused as ever.
     let whole = fs::read_to_string(dir.path().join("steps.csv")).unwrap();
     let (above, below) = whole.rsplit_once("T,disp,force\nsec,mm,N\n").unwrap();

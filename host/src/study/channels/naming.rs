@@ -193,7 +193,8 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
             3
         } else if parts.iter().any(|p| stem.contains(p)) {
             2
-        } else if among(whole) {
+        } else if among(whole) && !among(&CURRENTS) {
+            // A motor's current along q is no position q.
             1
         } else {
             0
@@ -388,6 +389,8 @@ mod tests {
             assert_eq!(read(name, None).quantities, [], "{name}");
         }
         assert_eq!(read("chan_1", None).unit, None);
+        assert_eq!(read("Q_CURRENT", None).quantities, []);
+        assert!(!read("current_position", None).quantities.is_empty());
         let score = |name| read(name, None).score(Quantity::Displacement(Translation));
         assert!(score("PosIst [mm]") > score("Pos [mm]"));
         let unknown = read("Kraft [Blub]", None);
