@@ -33,17 +33,6 @@ const MOTOR: Turned = Turned {
     friction: 0.03,
 };
 
-/// Even noise between −1 and 1, of a seed.
-fn noise_of(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (state >> 32) as f64 / f64::from(1_u32 << 31) - 1.0
-    }
-}
-
 /// What a drive turns, its torque by time and velocity from row to row; torque and angle are read
 /// off by so much.
 fn log(turned: Turned, seconds: f64, off: [f64; 2], torque: impl Fn(f64, f64) -> f64) -> String {
@@ -148,7 +137,7 @@ fn a_motor_that_follows_a_sine_shows_its_inertia_and_no_spring_that_pushes() {
     let (rate_hz, most, friction) = (1000.0, 0.4, 0.07);
     let swings = TAU * 2.0;
     let mut state = [0.0, -most / MOTOR.inertia / swings];
-    let (dt, mut random) = (1.25e-4, noise_of(4));
+    let (dt, mut random) = (1.25e-4, super::noise::noise(4));
     let mut text = String::from("time_s,angle_rad,torque_Nm\n");
     for row in 0..585 {
         let t = f64::from(row) / rate_hz;
