@@ -101,8 +101,8 @@ impl AxisRecord<'_> {
         [displacement, velocity]
     }
 
-    /// Whether the joint stands still at the first logged row, and no force acts: then nothing in it
-    /// is stretched.
+    /// Whether the joint stands still at the first logged row, and no force acts: then nothing in
+    /// it is stretched.
     fn begins_at_rest(&self) -> bool {
         let rows = FIRST_ROWS.min(self.displacement.len() - 1);
         let moved = self.displacement[rows] - self.displacement[0];

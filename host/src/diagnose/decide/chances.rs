@@ -71,8 +71,8 @@ pub(crate) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
 }
 
 /// Whether the error power of all blocks together rises from one list of their logs to another:
-/// what a user sees of an effect that halves small errors in most blocks and doubles large ones in a
-/// few.
+/// what a user sees of an effect that halves small errors in most blocks and doubles large ones in
+/// a few.
 pub(crate) fn is_raised(from: &[f64], to: &[f64]) -> bool {
     let power = |logs: &[f64]| logs.iter().map(|log| log.exp()).sum::<f64>();
     (power(to) / power(from)).ln() > CRITERIA.least_difference

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 /// How far a step may be from a whole turn, rad: what the body moves from row to row.
 const FROM_A_TURN: f64 = 0.25 * PI;
 
-/// Lets an angle, rad, go on where it steps by about a whole turn from one row to the next, and goes
-/// on more evenly without; gives how often.
+/// Lets an angle, rad, go on where it steps by about a whole turn from one row to the next, and
+/// goes on more evenly without; gives how often.
 pub(crate) fn unwrap(angle: &mut [f64]) -> usize {
     let (mut turns, mut places) = (0.0, 0);
     let mut before = angle.first().copied().unwrap_or(0.0);
