@@ -42,6 +42,16 @@ pub struct SurveyedColumn {
 }
 
 impl SurveyedColumn {
+    /// Whether it rises from every row to the next.
+    pub(crate) fn rises(&self) -> bool {
+        self.values.windows(2).all(|w| w[1] > w[0])
+    }
+
+    /// Whether it falls from any row to the next.
+    pub(crate) fn falls(&self) -> bool {
+        self.values.windows(2).any(|w| w[1] < w[0])
+    }
+
     /// The column as it is in some rows.
     fn in_rows(&self, rows: Range<usize>) -> Self {
         let [from, to] = [rows.start, rows.end].map(|row| row.min(self.values.len()));
@@ -69,6 +79,14 @@ pub struct SurveyedTime {
     pub jitter: f64,
     /// Samples that are missing, and in how many places.
     pub gaps: [usize; 2],
+}
+
+impl SurveyedTime {
+    /// The times of a log that counts in the same column, s.
+    pub(crate) fn seconds(&self, survey: &Survey) -> Option<Vec<f64>> {
+        let values = &survey.column(&self.column)?.values;
+        Some(values.iter().map(|t| t * self.seconds_per_unit).collect())
+    }
 }
 
 /// A log, looked at.
@@ -261,7 +279,11 @@ impl Survey {
             first_row: self.first_row + from,
             is_part: true,
             blocks: Vec::new(),
-            ..self.clone()
+            heading: self.heading.clone(),
+            states_heading: self.states_heading,
+            file: self.file.clone(),
+            format: self.format.clone(),
+            notes: self.notes.clone(),
         }
     }
 
@@ -361,14 +383,13 @@ fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> Surveye
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let rises = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
-        let falls = c.values.windows(2).any(|w| w[1] < w[0]);
         // Stamps that are rounded coarsely stand still in most rows; only a name makes a time of
         // those.
         let enough = match c.named.time > 1 {
             true => rising > 0,
             false => 2 * rising >= c.values.len(),
         };
-        c.missing == 0 && enough && !falls
+        c.missing == 0 && enough && !c.falls()
     };
     let named = columns.iter().filter(|c| c.named.time > 0);
     // The last of those that say it alike.

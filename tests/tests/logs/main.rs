@@ -4,6 +4,7 @@
 mod accelerometers;
 mod bands;
 mod cut_logs;
+mod drafted_time;
 mod driven;
 mod first_day;
 mod free_motion;

@@ -6,7 +6,6 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::{Role, Study};
-use jointwatch_tests::program::{run, succeed};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -114,7 +113,7 @@ fn difference(one: &ModelFile, other: &ModelFile) -> f64 {
 }
 
 /// Even noise from 0 to 1.
-fn noise() -> impl FnMut() -> f64 {
+pub(super) fn noise() -> impl FnMut() -> f64 {
     let mut state = 11_u64;
     move || {
         state = state
@@ -373,133 +372,4 @@ fn what_cannot_be_put_right_is_refused_with_what_to_try() {
         none.contains("line 1") && none.contains("above 0"),
         "{none}"
     );
-}
-
-/// A log of a spring of 2e4 N/m and a damper of 40 N·s/m: these rows of a clock with so many steps
-/// per second.
-fn spring_and_damper(rate_hz: f64, rows: impl Iterator<Item = u32>) -> String {
-    let mut log = String::from("time_s,displacement_m,force_N\n");
-    let mut noise = noise();
-    for row in rows {
-        let t = f64::from(row) / rate_hz;
-        let (a, b) = (44.0, 107.0);
-        let x = 1e-3 * ((a * t).sin() + 0.4 * (b * t).sin()) + 1e-7 * noise();
-        let v = 1e-3 * (a * (a * t).cos() + 0.4 * b * (b * t).cos());
-        log += &format!("{t:.3},{x:.9},{:.5}\n", 2e4 * x + 40.0 * v + 0.01 * noise());
-    }
-    log
-}
-
-/// Drafts a study of logs, which is said to be brought to a rate, and finds spring and damper by
-/// it.
-fn drafted(logs: &[(&str, String)], rate: &str) {
-    finds_spring_and_damper(
-        logs,
-        &format!("interpolated to {rate} Hz"),
-        &format!("time = {{ column = \"time_s\", resample_hz = {rate} }}   # guessed"),
-    );
-}
-
-/// Drafts a study of logs, which says this and has this line, and finds spring and damper by it.
-fn finds_spring_and_damper(logs: &[(&str, String)], says: &str, line: &str) {
-    let folder = TempDir::new().unwrap();
-    let mut command = vec!["init", "--yes"];
-    for (name, log) in logs {
-        fs::write(folder.path().join(name), log).unwrap();
-        command.push(name);
-    }
-    let said = succeed(folder.path(), &command);
-    assert!(said.contains(says), "{said}");
-    let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
-    assert!(study.contains(line), "{study}");
-    succeed(folder.path(), &["identify", ".", "--model", "physical"]);
-    let model = ModelFile::read(&folder.path().join("model.json")).unwrap();
-    let values = model.effects.iter().map(|e| e.parameters[0].value);
-    for (value, truth) in values.zip([2e4, 40.0]) {
-        assert!((value / truth - 1.0).abs() < 1e-2, "{value} for {truth}");
-    }
-}
-
-#[test]
-fn rows_that_arrived_in_bursts_are_taken_as_even() {
-    let rows = spring_and_damper(1000.0, 0..6000);
-    // A serial line is read every 16 ms; what has come by then is written down at once.
-    let mut bursts = String::new();
-    for (row, line) in rows.lines().enumerate() {
-        let arrived = row.div_ceil(16) * 16 + (row + 15) % 16 / 8;
-        match line.split_once(',') {
-            Some((_, rest)) if row > 0 => {
-                bursts += &format!("{:.3},{rest}\n", 1e-3 * arrived as f64);
-            }
-            _ => bursts += &format!("{line}\n"),
-        }
-    }
-    finds_spring_and_damper(
-        &[("log.csv", bursts)],
-        "the times at which rows arrived, so the rows are taken as even, at 1000 Hz",
-        "sample_rate_hz = 1000.0   # guessed",
-    );
-}
-
-#[test]
-fn a_slow_log_of_few_rows_counts_milliseconds() {
-    let rows = spring_and_damper(1000.0, 0..600);
-    let slow = rows.lines().enumerate().map(|(row, line)| {
-        let (_, rest) = line.split_once(',').unwrap();
-        match row {
-            0 => format!("t,{rest}\n"),
-            row => format!("{},{rest}\n", 100 * row),
-        }
-    });
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("log.csv"), slow.collect::<String>()).unwrap();
-    let said = succeed(folder.path(), &["init", "--yes", "log.csv"]);
-    assert!(said.contains("counts ms, which makes 10 Hz"), "{said}");
-}
-
-#[test]
-fn a_first_column_that_rises_evenly_is_the_time_unless_its_name_says_otherwise() {
-    let rows = spring_and_damper(1000.0, 0..2000);
-    let named = |name: &str| rows.replacen("time_s", name, 1);
-    let folder = TempDir::new().unwrap();
-    let drafts = |name: &str| {
-        fs::write(folder.path().join("log.csv"), named(name)).unwrap();
-        let _ = fs::remove_file(folder.path().join("study.toml"));
-        run(folder.path(), &["init", "--yes", "log.csv"])
-    };
-    assert!(drafts("Channel name").status.success());
-    let refused = drafts("travel");
-    let said = String::from_utf8(refused.stderr).unwrap();
-    assert_eq!(refused.status.code(), Some(3), "{said}");
-    assert!(said.contains("(rising in every row: \"travel\")"), "{said}");
-}
-
-#[test]
-fn a_draft_for_a_log_with_many_gaps_brings_it_to_an_even_rate_and_says_so() {
-    let rows = (0..6000).filter(|row| row * row % 997 > 20);
-    drafted(&[("log.csv", spring_and_damper(1000.0, rows))], "1000");
-}
-
-#[test]
-fn a_draft_for_logs_of_two_rates_brings_them_to_the_slower_one() {
-    let logs = [
-        ("fast.csv", spring_and_damper(1000.0, 0..6000)),
-        ("slow.csv", spring_and_damper(500.0, 0..2400)),
-    ];
-    drafted(&logs, "500");
-    let folder = TempDir::new().unwrap();
-    for (name, log) in &logs {
-        fs::write(folder.path().join(name), log).unwrap();
-    }
-    let output = run(
-        folder.path(),
-        &["init", "fast.csv", "slow.csv", "--yes", "--rate", "1000"],
-    );
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(!output.status.success());
-    assert!(
-        said.contains("slow.csv runs at 500 Hz and fast.csv at 1000 Hz"),
-        "{said}"
-    );
-    assert!(!folder.path().join("study.toml").exists());
 }

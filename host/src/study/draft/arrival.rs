@@ -12,9 +12,7 @@ const SMOOTHER: f64 = 2.0;
 pub(super) fn rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
     let mut rates = Vec::new();
     for survey in surveys {
-        let column = survey.column(&time.column)?;
-        let seconds = column.values.iter().map(|t| t * time.seconds_per_unit);
-        let seconds: Vec<f64> = seconds.collect();
+        let seconds = time.seconds(survey)?;
         arrived(survey, &seconds).then_some(())?;
         rates.push(Grid::of(&seconds)?.rate_hz);
     }
@@ -24,9 +22,8 @@ pub(super) fn rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
 /// Whether a log goes on more smoothly from row to row than from time to time.
 fn arrived(survey: &Survey, seconds: &[f64]) -> bool {
     // A counter goes on evenly from row to row whenever it was read.
-    let falls = |values: &[f64]| values.windows(2).any(|w| w[1] < w[0]);
     let channels = survey.columns.iter().filter(|c| c.missing == 0);
-    let channels = channels.filter(|c| c.rms > 0.0 && falls(&c.values));
+    let channels = channels.filter(|c| c.rms > 0.0 && c.falls());
     let roughness = channels.map(|c| {
         let by_row = roughness(&c.values, |_| 0.5);
         let by_time = roughness(&c.values, |row| {

@@ -7,7 +7,7 @@ use super::runs::{one_below_another, side_by_side};
 use super::{arrival, axis};
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
-use crate::study::survey::{self, Survey, SurveyedColumn, SurveyedTime};
+use crate::study::survey::{self, Survey, SurveyedTime};
 use crate::study::time::pieces::{MIN_ROWS, TOO_FINE, density};
 use crate::study::time::sampling::are_even;
 use crate::study::time::{RATE_TOLERANCE, round_rate};
@@ -146,11 +146,10 @@ fn no_time(first: &Survey) -> Error {
         Some(c) => format!(" ({:?} does not rise from row to row)", c.name),
         None => String::new(),
     };
-    let rises = |c: &&SurveyedColumn| c.missing == 0 && c.values.windows(2).all(|w| w[1] > w[0]);
     let rising: Vec<String> = first
         .columns
         .iter()
-        .filter(rises)
+        .filter(|c| c.missing == 0 && c.rises())
         .map(|c| format!("{:?}", c.name))
         .collect();
     let candidates = match rising.as_slice() {
@@ -190,11 +189,7 @@ fn unused(
 fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
     let mut times = surveys.iter().filter_map(|s| time_like(s, time));
     let faster = times.any(|own| own.rate_hz > (1.0 + RATE_TOLERANCE) * time.rate_hz);
-    let columns = surveys.iter().filter_map(|s| s.column(&time.column));
-    let seconds = columns.map(|column| -> Vec<f64> {
-        let values = column.values.iter();
-        values.map(|t| t * time.seconds_per_unit).collect()
-    });
+    let seconds = surveys.iter().filter_map(|s| time.seconds(s));
     let uneven: Vec<Vec<f64>> = seconds.filter(|times| !are_even(times)).collect();
     let rows = uneven.iter().filter_map(|times| density(times));
     let rows = rows.map(|density| density.rate_hz);

@@ -77,9 +77,8 @@ fn only_current(survey: &Survey, said: &Said) -> Option<StandIn> {
         return None;
     }
     // An `i` may count the rows.
-    let counts = |c: &SurveyedColumn| c.values.windows(2).all(|w| w[1] > w[0]);
     let currents = survey.columns.iter().filter(|c| is_current(c));
-    let mut currents = currents.filter(|c| !counts(c));
+    let mut currents = currents.filter(|c| !c.rises());
     let current = currents.next().filter(|c| {
         let is_lone = currents.next().is_none();
         is_lone && c.missing == 0 && c.rms > 0.0

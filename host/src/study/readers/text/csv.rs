@@ -39,9 +39,9 @@ pub(crate) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
         text,
         lines_before: 0,
         rows_before: 0,
+        between: blocks::between(text, &layout),
     };
-    let between = blocks::between(text, &layout);
-    let (numbering, blocks) = rows(request, body, &layout, &names, (&mut columns, &between))?;
+    let (numbering, blocks) = rows(request, body, &layout, &names, &mut columns)?;
     let columns = names
         .into_iter()
         .zip(columns)
@@ -174,6 +174,8 @@ pub(super) struct Body<'a> {
     pub(super) text: &'a str,
     pub(super) lines_before: usize,
     pub(super) rows_before: usize,
+    /// Lines between its blocks.
+    pub(super) between: Vec<Range<usize>>,
 }
 
 impl Reading {
@@ -197,21 +199,21 @@ impl Reading {
     }
 }
 
-/// Reads the rows that the request takes, lines `between` blocks left out; gives the line of each,
-/// and of all rows those with which a further block begins.
+/// Reads the rows that the request takes; gives the line of each, and of all rows those with which
+/// a further block begins.
 pub(super) fn rows(
     request: &Request<'_>,
     body: Body<'_>,
     layout: &Layout,
     names: &[String],
-    (columns, between): (&mut [Reading], &[Range<usize>]),
+    columns: &mut [Reading],
 ) -> Result<(Vec<u32>, Vec<usize>)> {
     let first_line = layout.first_line.unwrap_or(1);
     let [from, to] = request.rows.unwrap_or([0, usize::MAX]);
     let mut numbering = Vec::new();
     let mut cells = Vec::with_capacity(names.len());
     let mut total = body.rows_before;
-    let (mut between, mut blocks) = (between.iter().peekable(), Vec::new());
+    let (mut between, mut blocks) = (body.between.iter().peekable(), Vec::new());
     let numbered = lines(body.text).map(|(number, line)| (body.lines_before + number, line));
     for (number, line) in numbered.filter(|(n, line)| *n >= first_line && !is_comment(line)) {
         if between.peek().is_some_and(|lines| lines.contains(&number)) {

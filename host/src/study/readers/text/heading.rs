@@ -103,21 +103,14 @@ pub(super) fn commented_heading(
 /// Names that stand one below the other in a preface, as many as there are columns, each with its
 /// unit: `Speed [deg/s]`.
 pub(super) fn listed_heading(above: &[(usize, &str)], columns: usize) -> Option<Vec<String>> {
-    let is_named = |line: &&(usize, &str)| {
-        let open = line.1.rfind(['[', '(']);
-        let (name, unit) = line
-            .1
-            .split_at_checked(open.unwrap_or(0))
-            .unwrap_or_default();
-        !name.trim().is_empty() && bracketed(unit.trim()).is_some()
+    let lines: Vec<&str> = above.iter().map(|(_, line)| line.trim()).collect();
+    let is_named = |line: &str| {
+        let unit = line.rfind(['[', '(']).filter(|at| *at > 0);
+        unit.is_some_and(|at| bracketed(&line[at..]).is_some())
     };
-    let mut lists = above.chunk_by(|a, b| is_named(&a) == is_named(&b));
-    let list = lists.rfind(|list| columns > 1 && list.len() == columns && is_named(&&list[0]))?;
-    Some(
-        list.iter()
-            .map(|(_, name)| name.trim().to_owned())
-            .collect(),
-    )
+    let mut lists = lines.chunk_by(|a, b| is_named(a) == is_named(b));
+    let list = lists.rfind(|list| columns > 1 && list.len() == columns && is_named(list[0]))?;
+    Some(list.iter().map(|name| (*name).to_owned()).collect())
 }
 
 /// “mm”, “[mm]”, “(mm)” and empty cells, at least half of those that are filled: every trade has

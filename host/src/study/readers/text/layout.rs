@@ -118,14 +118,7 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         .map(|(_, line)| *line)
         .chain(further.iter().copied().filter(|l| !is_comment(l)))
         .collect();
-    let mut best = (i64::MIN, WAYS[0], 0);
-    for way in WAYS {
-        let (score, columns) = fitness(&body, way);
-        if score > best.0 {
-            best = (score, way, columns);
-        }
-    }
-    let (_, (separator, decimal), columns) = best;
+    let ((separator, decimal), columns) = best_way(&body);
     let split_line = |line: &str| -> Vec<String> {
         let mut cells = Vec::new();
         split(line, separator, &mut cells);
@@ -171,11 +164,7 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         let firsts = cells.filter_map(|cells| number(cells.first()?, decimal));
         name_the_unnamed(names, &units, &firsts.collect::<Vec<_>>());
     }
-    let is_heading = |line: &&str| {
-        heading
-            .as_ref()
-            .is_some_and(|names| split_line(line) == *names)
-    };
+    let is_heading = |line: &&str| heading.as_ref() == Some(&split_line(line));
     let heading_line = above.iter().rev().map(|(_, line)| *line).find(is_heading);
     Layout {
         separator,
@@ -202,6 +191,18 @@ fn fits(cells: usize, columns: usize) -> bool {
 
 fn is_value(cell: &str, decimal: Decimal) -> bool {
     number(cell, decimal).is_some() || instant(cell).is_some()
+}
+
+/// The way in which lines read best as rows, and how many columns they then have.
+fn best_way(lines: &[&str]) -> ((Separator, Decimal), usize) {
+    let mut best = (i64::MIN, WAYS[0], 0);
+    for way in WAYS {
+        let (score, columns) = fitness(lines, way);
+        if score > best.0 {
+            best = (score, way, columns);
+        }
+    }
+    (best.1, best.2)
 }
 
 /// How well lines read as rows: numbers less twice the words that stand among them; with the usual

@@ -165,12 +165,13 @@ impl Lines {
             text: &decoded.text,
             lines_before: *lines_before,
             rows_before: mark * APART,
+            between: Vec::new(),
         };
         let some = Request {
             rows: Some([rows.start, rows.end]),
             ..*request
         };
-        csv::rows(&some, body, &self.layout, &self.names, (&mut readings, &[]))?;
+        csv::rows(&some, body, &self.layout, &self.names, &mut readings)?;
         Ok(readings)
     }
 }
