@@ -2,9 +2,10 @@
 //!
 //! It is what is left on an axis while it rests, because sensors are as noisy then as ever. Where
 //! an axis never rests the spectrum of the residual beside the motion's frequencies stands in for
-//! it: above them for white noise, below them for noise that grows with one over the frequency.
+//! it: above them for white noise, below them for noise that grows with one over the frequency. It
+//! is no more than what is left where the axis is calm.
 
-use super::unmeasured::Shape;
+use super::unmeasured::{Shape, calm};
 use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::apply;
@@ -49,6 +50,9 @@ pub(crate) struct Floor {
     /// Whether on an axis that never rests the spectrum of what is left ends, as that of a force
     /// does and that of noise does not.
     pub(crate) ends: bool,
+    /// Whether on such an axis what is left is louder where the axis moves more, as noise of sensors
+    /// is not.
+    pub(crate) follows_motion: bool,
 }
 
 /// The noise floor of every axis under a sum of effects; `inertia` is the one in force, per axis.
@@ -120,9 +124,8 @@ pub(crate) fn floors_under(
                 .zip(&at_rest)
                 .filter(|(_, at_rest)| **at_rest);
             let at_rest = at_rest.map(|(residual, _)| residual);
-            let displacements = motions.iter().map(|m| m.states[2 * axis].as_slice());
             band.floor_at_rest(at_rest)
-                .unwrap_or_else(|| band.floor_from_spectrum(residuals, displacements))
+                .unwrap_or_else(|| band.floor_from_spectrum(residuals, motions, axis))
         })
         .collect()
 }
@@ -168,6 +171,7 @@ impl<'a> Band<'a> {
             acts_at_rest: rms > ACTS * tail
                 || Shape::of(residuals, self.sample_rate_hz, self.hz).rises(),
             ends: false,
+            follows_motion: false,
         })
     }
 
@@ -176,25 +180,42 @@ impl<'a> Band<'a> {
     fn floor_from_spectrum<'r>(
         &self,
         residuals: impl Iterator<Item = &'r [f64]> + Clone,
-        displacements: impl Iterator<Item = &'r [f64]>,
+        motions: &[&'r Motion],
+        axis: usize,
     ) -> Floor {
         let rate = self.sample_rate_hz;
         let white = from_tail(residuals.clone(), self.low_pass);
         let ends = Shape::of(residuals.clone(), rate, self.hz).ends();
         let most = ACTS * white;
+        let displacements = motions.iter().map(|m| m.states[2 * axis].as_slice());
         let guessed = white.hypot(slow(residuals.clone(), displacements, self.hz, rate, white));
+        let taps = self.low_pass.len();
+        let counted = |motion: &Motion, series: Vec<f64>| motion.counted(series, taps, 1);
+        let passed: Vec<Vec<f64>> = residuals
+            .zip(motions)
+            .map(|(residual, motion)| counted(motion, apply(residual, self.low_pass)))
+            .collect();
         // The noise is in what is left, so it cannot be more.
-        let left = residuals.map(|series| {
-            let passed = apply(series, self.low_pass);
-            let square: f64 = passed.iter().map(|e| e * e).sum();
-            (square / passed.len().max(1) as f64).sqrt()
+        let left = passed.iter().map(|series| {
+            let square: f64 = series.iter().map(|e| e * e).sum();
+            (square / series.len().max(1) as f64).sqrt()
         });
+        // Sensors are as noisy where the axis is calm as where it moves.
+        let calm = passed.iter().zip(motions).filter_map(|(residual, motion)| {
+            let states = [0, 1].map(|i| {
+                let series = motion.states[2 * axis + i].get(taps / 2..);
+                counted(motion, series.unwrap_or_default().to_vec())
+            });
+            calm(residual, [&states[0], &states[1]], rate, self.hz)
+        });
+        let calm = calm.fold(f64::INFINITY, f64::min);
         Floor {
-            rms: left.fold(guessed.min(most), f64::min),
+            rms: left.fold(guessed.min(most).min(calm), f64::min),
             most,
             at_rest: false,
             acts_at_rest: false,
             ends,
+            follows_motion: calm.is_finite(),
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! Noise of sensors is white, or grows towards low frequencies, or both: its density nowhere rises
 //! with the frequency, and falls ever less steeply. A force has frequencies of its own: its density
-//! stands above what is below them, and ends where they end.
+//! stands above what is below them, and ends where they end. And noise of sensors is as loud where
+//! a joint moves as where it does not.
 
 use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
 
@@ -26,8 +27,12 @@ const PART: f64 = 0.4;
 /// one over the frequency do not bend down at all; a low-pass of first order does, by less than
 /// this.
 const BEND: f64 = 2.0;
-/// Standard deviations of an octave's density that are left to chance.
+/// Standard deviations that are left to chance.
 const CHANCE: f64 = 3.0;
+/// The part of the rows that is calm.
+const CALM: f64 = 0.25;
+/// What is left follows the motion where it has so many times the power in the other rows.
+const LOUDER: f64 = 1.5;
 
 /// The lines between half a frequency and it.
 struct Octave {
@@ -120,9 +125,36 @@ impl Shape {
     }
 }
 
+/// RMS of residuals behind the low-pass of a band up to `band_hz` in the calm rows of a motion,
+/// those of the least displacement and velocity, where the residuals follow the motion: are less
+/// there than in the others by more than chance.
+pub(super) fn calm(
+    residual: &[f64],
+    [displacement, velocity]: [&[f64]; 2],
+    rate: f64,
+    band_hz: f64,
+) -> Option<f64> {
+    let mean_square = |s: &[f64]| s.iter().map(|v| v * v).sum::<f64>() / s.len().max(1) as f64;
+    let units = [displacement, velocity].map(|s| mean_square(s).max(f64::MIN_POSITIVE));
+    let states = displacement.iter().zip(velocity);
+    let moves = states.map(|(x, v)| x * x / units[0] + v * v / units[1]);
+    let mut rows: Vec<(f64, f64)> = moves.zip(residual.iter().map(|r| r * r)).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (calm, others) = rows.split_at((CALM * rows.len() as f64) as usize);
+    let power = |rows: &[(f64, f64)]| {
+        rows.iter().map(|(_, square)| square).sum::<f64>() / rows.len().max(1) as f64
+    };
+    // Rows in a band are as many as twice its width allows; a mean of n squares of a normal
+    // distribution scatters by √(2/n).
+    let independent = calm.len() as f64 * (2.0 * band_hz / rate).min(1.0);
+    let scatter = CHANCE * (2.0 / independent.max(1.0)).sqrt();
+    let calm = power(calm);
+    (power(others) > LOUDER * (1.0 + scatter) * calm).then_some(calm.sqrt())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::Shape;
+    use super::{Shape, calm};
     use rand::rngs::StdRng;
     use rand::{RngExt, SeedableRng};
 
@@ -162,6 +194,43 @@ mod tests {
             assert!(shape(&pushed).ends(), "{seed}");
             assert!(!shape(&white[..100]).rises());
             assert!(!shape(&white[..100]).ends());
+        }
+    }
+
+    #[test]
+    fn a_stiffness_that_nobody_knows_is_louder_where_the_joint_moves() {
+        for seed in 0..20 {
+            let mut rng = StdRng::seed_from_u64(seed);
+            let [white, slow, band] = series(&mut rng);
+            let swings: Vec<f64> = band
+                .iter()
+                .enumerate()
+                .map(|(row, x)| x * (0.003 * row as f64).sin())
+                .collect();
+            let speed: Vec<f64> = band.windows(2).map(|w| w[1] - w[0]).collect();
+            let at_rest = |residual: &[f64], rows: usize| {
+                calm(
+                    &residual[..rows],
+                    [&band[..rows], &speed[..rows]],
+                    RATE,
+                    120.0,
+                )
+            };
+            let rows = speed.len();
+            assert_eq!(
+                at_rest(&white, rows).or(at_rest(&slow, rows)),
+                None,
+                "{seed}"
+            );
+            let noisy: Vec<f64> = swings
+                .iter()
+                .zip(&white)
+                .map(|(s, w)| s + 0.2 * w)
+                .collect();
+            let left = at_rest(&noisy, rows).expect("what follows the motion");
+            let noise = 0.2 / 3_f64.sqrt();
+            assert!((0.9..2.0).contains(&(left / noise)), "{seed}: {left}");
+            assert_eq!(at_rest(&swings, 40), None);
         }
     }
 }

@@ -136,7 +136,13 @@ pub(super) fn in_notes(
                 100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
             ));
         } else if unmeasured[decision.axis] > 0.0 {
-            notes.push(of_a_force(search, learnt, decision.axis, axis));
+            notes.push(match floors[decision.axis].follows_motion {
+                true => format!(
+                    "axis {axis}: what is left stands above the noise of the sensors and is larger where the axis moves more, but follows \
+                     neither place, speed nor past: the joint changes with something that nobody measures"
+                ),
+                false => of_a_force(search, learnt, decision.axis, axis),
+            });
         } else if decision.left > MUCH && !floors[decision.axis].at_rest {
             notes.push(format!(
                 "axis {axis}: relative error {:.2} is left, which neither an effect nor the motion explains; the axis rests in no record, so \

@@ -148,13 +148,15 @@ pub(super) fn answer(
     })
 }
 
-/// Whether a finding is serious, and no effect of its axis explains more than it holds.
+/// Whether a finding is serious, and neither the effects of its axis explain more than it holds nor
+/// the whole model leaves less: then the motion explains most of what looks like spikes, as the
+/// push that starts a body does.
 fn is_fault(finding: &Finding, search: &Search) -> bool {
-    let explains_more = |(axis, power)| {
+    let is_explained = |(axis, power)| {
         let mut decisions = search.decisions.iter();
-        decisions.any(|d| d.axis == axis && d.named() > power)
+        decisions.any(|d| d.axis == axis && (d.named() > power || d.left.powi(2) < power))
     };
-    finding.serious && !finding.spikes.is_some_and(explains_more)
+    finding.serious && !finding.spikes.is_some_and(is_explained)
 }
 
 /// The motions whose zeros of force are compared, where they are not those of training: one record
@@ -274,7 +276,8 @@ fn unmeasured(
     let known = floor.at_rest || floor.ends;
     let counts = if known { KNOWN_NOISE } else { GUESSED_NOISE } * named;
     let loud = left > floor.most / learnt.references.force[axis];
-    if stands_out && above > counts && (known || loud || named > 0.0) {
+    let no_noise = known || loud || floor.follows_motion;
+    if stands_out && above > counts && (no_noise || named > 0.0) {
         above
     } else {
         0.0

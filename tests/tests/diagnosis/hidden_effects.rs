@@ -350,6 +350,32 @@ fn what_no_law_describes_is_unknown() {
     });
 }
 
+/// Instruments with tolerances, on a rig that never rests: noise that grows towards low frequencies
+/// is no effect, though the time tells it; a stiffness that swings is no noise.
+#[test]
+fn what_wanders_is_noise_and_what_follows_the_motion_is_not() {
+    let options = Options {
+        seed: 23012,
+        tolerances: true,
+        ..Default::default()
+    };
+    let said = |number| {
+        let case = Case::draw(&options, number).expect("a rig for this case");
+        let folder = tempfile::tempdir().expect("a folder");
+        study::write(&case, folder.path()).expect("files that can be written");
+        diagnosed(folder.path())
+    };
+    let healthy = said(31);
+    assert_eq!(healthy["verdict"], "none", "{healthy}");
+    let swings = said(9);
+    assert_eq!(swings["verdict"], "unknown", "{swings}");
+    let notes = swings["notes"].to_string();
+    assert!(
+        notes.contains("larger where the axis moves more"),
+        "{notes}"
+    );
+}
+
 #[test]
 fn of_a_law_outside_the_library_it_is_told_what_it_follows() {
     OUTSIDE.par_iter().for_each(|(name, number, follows)| {

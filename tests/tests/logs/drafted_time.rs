@@ -135,3 +135,25 @@ fn a_draft_for_logs_of_two_rates_brings_them_to_the_slower_one() {
     );
     assert!(!folder.path().join("study.toml").exists());
 }
+
+#[test]
+fn a_log_that_is_less_dense_for_a_while_is_brought_to_the_rate_that_it_has_everywhere() {
+    let rows = (0..3000).filter(|row| row % 2 == 0).chain(3000..6000);
+    drafted(&[("log.csv", spring_and_damper(1000.0, rows))], "500");
+    // Not so where that is a moment.
+    let rows = (0..300).filter(|row| row % 2 == 0).chain(300..6000);
+    drafted(&[("log.csv", spring_and_damper(1000.0, rows))], "1000");
+}
+
+#[test]
+fn a_log_whose_last_row_stands_first_is_told() {
+    let log = spring_and_damper(1000.0, 0..600);
+    let mut lines: Vec<&str> = log.lines().collect();
+    lines[1..].reverse();
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("log.csv"), lines.join("\n")).unwrap();
+    let output = run(folder.path(), &["init", "--yes", "log.csv"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("so turn the rows round"), "{said}");
+}

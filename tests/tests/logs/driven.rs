@@ -2,6 +2,7 @@
 //! answers the motion is told.
 
 use super::free_motion::{noise, step};
+use super::noise::noise as seeded;
 use jointwatch::model::file::ModelFile;
 use jointwatch_tests::program::succeed;
 use std::f64::consts::TAU;
@@ -170,4 +171,38 @@ fn a_drive_that_pushes_along_the_velocity_is_told() {
         "{said} {:?}",
         model.axes[0]
     );
+}
+
+/// A log without a heading, of a servo that follows steps: the time in ms, two commands, position,
+/// speed and current.
+#[test]
+fn commands_beside_columns_without_names_are_no_measurements() {
+    let mut text = String::new();
+    let mut noise = seeded(7);
+    let (mut x, mut v) = (0.0_f64, 0.0_f64);
+    for row in 0..1500 {
+        let target = [5.0, -5.0, 2.0][row / 90 % 3];
+        let mut pushed = 0.0;
+        for _ in 0..20 {
+            let force = (20.0 * (target - x) - 1.2 * v).clamp(-40.0, 40.0);
+            let resists = 0.3 * v + 4.0 * (v / 0.2).tanh();
+            v += 5e-4 * (force - resists) / 0.2;
+            x += 5e-4 * v;
+            pushed = force;
+        }
+        text += &format!(
+            "{}\t{target}\t{target}\t{x:.4}\t{:.3}\t{:.3}\n",
+            10 * row,
+            v + 0.01 * noise(),
+            pushed + 0.05 * noise()
+        );
+    }
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("servo.txt"), text).unwrap();
+    let said = succeed(folder, &["init", "--yes", "servo.txt"]);
+    assert!(said.contains("\"c6\" is left for the force"), "{said}");
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let said = succeed(folder, &["diagnose", ".", "model.json"]);
+    assert!(said.contains("coulomb@x would have friction"), "{said}");
 }

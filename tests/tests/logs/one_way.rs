@@ -2,6 +2,7 @@
 //! friction looks like a zero of force that differs from record to record.
 
 use super::free_motion::noise;
+use super::noise::noise as seeded;
 use jointwatch::model::file::ModelFile;
 use jointwatch_tests::program::succeed;
 use serde_json::Value;
@@ -107,4 +108,31 @@ fn a_weight_beside_loads_that_differ_is_added_with_them() {
     for effect in ["gravity@phi", "force_zero@phi"] {
         assert!(effects.iter().any(|name| name == effect), "{effects:?}");
     }
+}
+
+/// A bar that is pulled once at a constant speed until long after it yields.
+#[test]
+fn a_bar_that_is_pulled_once_has_a_spring_and_no_damper_and_yields() {
+    let mut noise = seeded(5);
+    let mut log = String::from("Time (s),Extension (mm),Load (N)\n");
+    for row in 0..600 {
+        let t = f64::from(row) / 50.0;
+        let x = 0.2 * t + 2e-4 * noise();
+        let force = (100.0 * x).min(90.0) + 6.0 * x + 0.3 * noise();
+        writeln!(log, "{t:.2},{x:.5},{force:.3}").unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("pull.csv"), log).unwrap();
+    succeed(folder, &["init", "--yes", "pull.csv"]);
+    let study = fs::read_to_string(folder.join("study.toml")).unwrap();
+    assert!(study.contains("terms = [\"stiffness@x\"]"), "{study}");
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let said = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
+    let said: Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(said["verdict"], "effect", "{said}");
+    let found = &said["ranked"][0];
+    assert_eq!(found["effect"], "jenkins", "{said}");
+    let force = found["parameters"][0]["value"].as_f64().unwrap();
+    assert!((force / 90.0 - 1.0).abs() < 0.05, "{force}");
 }

@@ -7,7 +7,7 @@ pub(super) mod curve;
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::learner::{Inputs, Knows, Left, Taken};
 use crate::diagnose::search::bench::Bench;
-use crate::diagnose::search::hypothesis::Hypothesis;
+use crate::diagnose::search::hypothesis::{Column, Hypothesis};
 use crate::diagnose::search::rank::{Field, Looked, look, rank};
 use crate::model::effects::AxisEffect;
 use crate::signal::statistics::rms;
@@ -107,6 +107,27 @@ impl Taken {
         } else {
             0.0
         }
+    }
+}
+
+/// What the learner takes of what a design leaves when it knows everything. The time shows it a
+/// zero of force that wanders within a data sheet's tolerance as well; so no more counts than what
+/// it takes without the time and the record, or without such zeros.
+fn all_taken(bench: &Bench<'_>, inputs: &Inputs, design: &[Column]) -> Taken {
+    let left = inputs.left(bench, design, false);
+    let taken = inputs.taken(bench, &left, Knows::Record);
+    if taken.surely() == 0.0 {
+        return taken;
+    }
+    let timeless = inputs.taken(bench, &left, Knows::Inputs);
+    let steady = inputs.taken(bench, &inputs.steady(bench, &left), Knows::Record);
+    let most = match steady.surely() > timeless.surely() {
+        true => steady,
+        false => timeless,
+    };
+    match most.surely() > taken.surely() {
+        true => taken,
+        false => most,
     }
 }
 
@@ -285,8 +306,7 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
     let power = |looked: &Looked| looked.score.error.powi(2);
     let taken = |looked: &Looked| {
         let design = field.full.design(&looked.hypothesis, &looked.parts);
-        let left = inputs.left(field.full, &design, false);
-        inputs.taken(field.full, &left, Knows::Record)
+        all_taken(field.full, inputs, &design)
     };
     loop {
         // What a constant force does is no yardstick for the others.

@@ -17,6 +17,7 @@ use crate::fit::trees::{Binned, SIZE, Trees};
 use crate::text::work;
 use rayon::prelude::*;
 use smooth::Smooth;
+use std::ops::Range;
 
 /// Rows that the learner is taught on and judged on: every so manieth of more.
 const MAX_ROWS: usize = 5000;
@@ -194,7 +195,7 @@ impl Inputs {
         } else {
             bench.blocks.turns
         };
-        let small = CRITERIA.zero * bench.records.applied_rms(bench.axis);
+        let small = small_zero(bench);
         let left: Vec<Vec<f64>> = folds[..count]
             .iter()
             .map(|factors| {
@@ -203,7 +204,7 @@ impl Inputs {
                     let columns = design.iter().zip(factors);
                     bench.measured[row] - columns.map(|(c, f)| f * c.data[row]).sum::<f64>()
                 });
-                self.without_small_zeros(left.collect(), &bench.records.rows, small)
+                self.without_small_zeros(left.collect(), records(bench), small)
             })
             .collect();
         Left {
@@ -213,25 +214,37 @@ impl Inputs {
         }
     }
 
-    /// A series without the mean of every record in which that is `small`, as a data sheet allows a
-    /// zero of force: noise that grows with one over the frequency makes such zeros, and the
-    /// learner would find them. `records` are the rows of each before every so manieth is
-    /// taken.
-    fn without_small_zeros(&self, mut left: Vec<f64>, records: &[usize], small: f64) -> Vec<f64> {
-        let mut end = 0;
-        let mut rest = left.as_mut_slice();
-        for rows in records {
-            let start = end;
-            end += rows;
-            let own = end.div_ceil(self.step) - start.div_ceil(self.step);
-            let (record, others) = rest.split_at_mut(own);
-            rest = others;
-            let mean = record.iter().sum::<f64>() / own.max(1) as f64;
+    /// A series without the mean of every part, such as a record, in which that is `small`, as a
+    /// data sheet allows a zero of force: noise that grows with one over the frequency makes such
+    /// zeros, and the learner would find them. The parts are rows before every so manieth is taken.
+    fn without_small_zeros(
+        &self,
+        mut left: Vec<f64>,
+        parts: impl Iterator<Item = Range<usize>>,
+        small: f64,
+    ) -> Vec<f64> {
+        for part in parts {
+            let own = &mut left[part.start.div_ceil(self.step)..part.end.div_ceil(self.step)];
+            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
             if mean.abs() <= small {
-                record.iter_mut().for_each(|value| *value -= mean);
+                own.iter_mut().for_each(|value| *value -= mean);
             }
         }
         left
+    }
+
+    /// The same without zeros that wander from block to block within what a data sheet allows.
+    pub(super) fn steady(&self, bench: &Bench<'_>, left: &Left) -> Left {
+        let small = small_zero(bench);
+        let blocks = || bench.blocks.rows.iter().cloned();
+        let each = left.each.iter().cloned();
+        let each = each.map(|left| self.without_small_zeros(left, blocks(), small));
+        let each: Vec<Vec<f64>> = each.collect();
+        Left {
+            rough: self.without_smooth(bench, &each, &left.block),
+            each,
+            block: left.block.clone(),
+        }
     }
 
     /// Teaches the learner what a design leaves.
@@ -340,6 +353,20 @@ impl Inputs {
             })
             .collect()
     }
+}
+
+/// A zero of force as a data sheet allows it, N or N·m.
+fn small_zero(bench: &Bench<'_>) -> f64 {
+    CRITERIA.zero * bench.records.applied_rms(bench.axis)
+}
+
+/// The rows of every record.
+fn records<'a>(bench: &'a Bench<'_>) -> impl Iterator<Item = Range<usize>> + 'a {
+    let mut end = 0;
+    bench.records.rows.iter().map(move |rows| {
+        end += rows;
+        end - rows..end
+    })
 }
 
 /// Way since the last reversal, where it was, the swing before it, and the largest excursion so

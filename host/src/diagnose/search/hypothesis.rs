@@ -135,7 +135,7 @@ pub(crate) fn is_at_bound(bound: &AxisEffect, values: &[f64], records: &Records<
         let outside =
             relative < (1.0 + AT_BOUND) * shape.least || relative > (1.0 - AT_BOUND) * shape.most;
         let is_pitch = bound.entry.pitch() == Some(place);
-        let untold = || relative > TRAVEL || value < records.shortest_wave(bound.axis);
+        let untold = || relative > TRAVEL || records.is_aliased(bound.axis, value);
         let met_by = bound.entry.met_by;
         let is_late = met_by.is_some_and(|(length, part)| length == place && relative > part);
         Some((decides && outside) || is_late || (is_pitch && untold()))

@@ -15,23 +15,27 @@ const POINTS_PER_PEAK: usize = 4;
 const MAX_PITCHES: usize = 3;
 
 impl Records<'_> {
-    /// The shortest wave over the displacement that can be told, m or rad: without a low-pass that
-    /// keeps faster ones out, two steps from row to row, of which half are shorter; else 0.
-    pub(crate) fn shortest_wave(&self, axis: usize) -> f64 {
-        if self.taps.len() > 1 {
-            return 0.0;
-        }
+    /// Whether what the low-pass lets through of a wave of this length, m or rad, over the
+    /// displacement is an alias along most of the way: more than half a wave passes from row to row
+    /// there, and it looks like one that passes slowly.
+    pub(crate) fn is_aliased(&self, axis: usize, length: f64) -> bool {
+        // The width of the low-pass, waves per row.
+        let band = 0.5 * self.taps.iter().map(|tap| tap * tap).sum::<f64>();
         let all = self
             .histories
             .iter()
             .map(|history| history.displacement(axis));
         let steps = all.flat_map(|x| x.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
-        let mut steps: Vec<f64> = steps.filter(|step| *step > 0.0).collect();
-        if steps.is_empty() {
-            return 0.0;
-        }
-        let middle = steps.len() / 2;
-        2.0 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+        let [seen, alias] = steps.fold([0.0; 2], |[seen, alias], step| {
+            let waves = step / length;
+            let passes = (waves - waves.round()).abs() <= band;
+            match waves < 0.5 {
+                true if passes => [seen + step, alias],
+                false if passes => [seen, alias + step],
+                _ => [seen, alias],
+            }
+        });
+        alias > seen
     }
 
     /// The pitches, m or rad, at which a residual repeats most strongly over the displacement of an
@@ -67,7 +71,7 @@ impl Records<'_> {
             .fold(0.0, |most: f64, x| most.max(x - least));
         let starts = pitch.shape.starts.iter().copied();
         let longest = pitch.reference * starts.fold(f64::INFINITY, f64::min);
-        let shortest = (pitch.reference * pitch.shape.least).max(self.shortest_wave(bound.axis));
+        let shortest = pitch.reference * pitch.shape.least;
         if travel <= longest {
             return Vec::new();
         }
@@ -94,8 +98,9 @@ impl Records<'_> {
         let numbers = POINTS_PER_PEAK..power.len() - POINTS_PER_PEAK;
         let mut peaks: Vec<usize> = numbers.filter(is_peak).collect();
         peaks.sort_by(|a, b| power[*b].total_cmp(&power[*a]));
-        peaks.truncate(MAX_PITCHES);
-        peaks.into_iter().map(pitch_of).collect()
+        let pitches = peaks.into_iter().map(pitch_of);
+        let told = pitches.filter(|pitch| !self.is_aliased(bound.axis, *pitch));
+        told.take(MAX_PITCHES).collect()
     }
 }
 
@@ -106,9 +111,9 @@ mod tests {
     use crate::study::{MemoryLog, Study};
 
     #[test]
-    fn without_a_low_pass_no_wave_is_shorter_than_two_rows() {
-        // Three steps of a millimetre for every one of a tenth.
-        let step = |row: usize| [1e-3, 1e-3, 1e-3, 1e-4][row % 4];
+    fn a_wave_that_passes_faster_than_the_rows_is_an_alias() {
+        // Ten steps of a millimetre for every one of a tenth.
+        let step = |row: usize| if row.is_multiple_of(11) { 1e-4 } else { 1e-3 };
         let mut x = vec![0.0];
         for row in 0..3000 {
             let way = if row / 500 % 2 == 0 { 1.0 } else { -1.0 };
@@ -119,7 +124,7 @@ mod tests {
             name: "log".into(),
             columns: vec![("x".into(), x), ("F".into(), force)],
         };
-        let shortest = |time: &str| {
+        let told = |time: &str| {
             let text = format!(
                 "{time}\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n\
                  inertia = 0\n[[record]]\nfile = \"log\"\nrole = \"train\"\n"
@@ -127,9 +132,14 @@ mod tests {
             let study = Study::of_memory("memory", &text, std::slice::from_ref(&log)).unwrap();
             let prepared = Prepared::new(&study).unwrap();
             let motions = prepared.training(&study);
-            Records::new(&study.axes, &motions, &prepared.filters.band).shortest_wave(0)
+            let records = Records::new(&study.axes, &motions, &prepared.filters.band);
+            [3e-3, 1.9e-3, 1.5e-3, 1e-3].map(|length| !records.is_aliased(0, length))
         };
-        assert!((shortest("time = \"none\"") - 2e-3).abs() < 1e-12);
-        assert_eq!(shortest("sample_rate_hz = 1000"), 0.0);
+        assert_eq!(told("time = \"none\""), [true, false, false, false]);
+        // What the low-pass takes out is no alias: there the slow steps alone tell the wave.
+        assert_eq!(
+            told("sample_rate_hz = 1000\nband_hz = 50"),
+            [true, true, true, false]
+        );
     }
 }

@@ -218,15 +218,23 @@ impl<'a> OnRecords<'a> {
             .flatten()
             .cloned()
             .collect();
-        for (bound, values) in terms {
-            columns.extend(self.records.columns(bound, values));
-        }
         let linear = |(bound, values): &(AxisEffect, Vec<f64>)| -> Vec<f64> {
             let parameters = bound.entry.parameters().iter().zip(values);
             let linear = parameters.filter(|(p, _)| p.is_linear());
             linear.map(|(_, value)| *value).collect()
         };
         let factors: Vec<Vec<f64>> = terms.iter().map(linear).collect();
+        for ((bound, values), factors) in terms.iter().zip(&factors) {
+            let own = self.records.columns(bound, values);
+            // What was held at its bound stays there; a zero of every record has a column for each.
+            let each = own.len() == factors.len();
+            let held = |place: usize| each && factors[place] == 0.0;
+            let own = own.into_iter().enumerate();
+            columns.extend(
+                own.filter(|(place, _)| !held(*place))
+                    .map(|(_, column)| column),
+            );
+        }
         let at = terms.iter().zip(&factors);
         let at = at.map(|((bound, values), factors)| At {
             bound,

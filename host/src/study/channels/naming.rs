@@ -112,6 +112,7 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
                 "mz",
                 "torque",
                 "trq",
+                "tor",
                 "tau",
                 "moment",
                 "drehmoment",
@@ -123,12 +124,14 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
 }
 
 /// Words that say that a column is what something was told to do, and not what it did.
-const COMMANDS: [&str; 23] = [
+const COMMANDS: [&str; 25] = [
     "cmd",
     "command",
     "commanded",
     "commande",
     "consigne",
+    "control",
+    "ctrl",
     "demand",
     "des",
     "desired",
@@ -348,6 +351,7 @@ mod tests {
             ("a2_m_s2", None, Acceleration(Translation)),
             ("alpha2_rad_s2", None, Acceleration(Rotation)),
             ("torque_Nm", None, Force(Rotation)),
+            ("torAct", None, Force(Rotation)),
             ("Drehwinkel (°)", None, Displacement(Rotation)),
             ("Déplacement", None, Displacement(Translation)),
             ("vitesse m/s", None, Velocity(Translation)),
@@ -385,6 +389,7 @@ mod tests {
             "TargetPosition",
             "posSoll [mm]",
             "Force SP (N)",
+            "CONTROL_TORQUE",
         ] {
             assert_eq!(read(name, None).quantities, [], "{name}");
         }

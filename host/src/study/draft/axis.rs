@@ -309,17 +309,17 @@ fn turn_a_sign(
 }
 
 /// The terms of the base that the trial speaks for.
-fn base_of(weighs: bool, springy: bool, timeless: bool) -> Vec<&'static str> {
+fn base_of(weighs: bool, springy: bool, path_alone: bool) -> Vec<&'static str> {
     let mut base = Vec::new();
     if weighs {
         base.push("gravity");
     } else if springy {
         base.push("stiffness");
     }
-    if !timeless {
+    if !path_alone {
         base.push("viscous");
     } else if base.is_empty() {
-        // The one term of the usual base that needs no time.
+        // The one term of the usual base that needs no speed.
         base.push("stiffness");
     }
     base
@@ -349,11 +349,12 @@ fn axis_of(
     let body_position = body_position.cloned();
     let timeless = said.is_timeless(logs[0].survey);
     let inertial = !timeless && chosen.shows_inertia();
+    let path_alone = timeless || chosen.pulls_once();
     let fitted = match inertial {
         true => &chosen.fitted,
         false => chosen.without_inertia.as_ref().unwrap_or(&chosen.fitted),
     };
-    let mut resists = chosen.resists(fitted, timeless);
+    let mut resists = chosen.resists(fitted, path_alone);
     let [mut inertia, _, mut stiffness] = [0, 1, 2].map(|i| fitted.coefficients[i]);
     if inertial && inertia < 0.0 {
         let turned = turn_a_sign(chosen, &mut force_channel, acceleration.as_mut(), findings);
@@ -366,7 +367,7 @@ fn axis_of(
     };
     let pulls_back = restoring_force.sign() * stiffness > 0.0 && fitted.sure(2);
     let springy = pulls_back && !parts.are_velocities();
-    let base = base_of(chosen.weighs, springy, timeless);
+    let base = base_of(chosen.weighs, springy, path_alone);
     if chosen.weighs {
         findings.push(format!(
             "{:?} goes with the sine of the angle, as the weight of a body that turns does",

@@ -143,6 +143,10 @@ fn no_time(first: &Survey) -> Error {
         Some(c) if c.missing > 0 => {
             format!(" ({:?} holds no number in {} rows)", c.name, c.missing)
         }
+        Some(c) if c.values.windows(2).all(|w| w[1] <= w[0]) => format!(
+            " ({:?} falls from row to row: the last row stands first, so turn the rows round)",
+            c.name
+        ),
         Some(c) => format!(" ({:?} does not rise from row to row)", c.name),
         None => String::new(),
     };

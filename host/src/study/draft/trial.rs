@@ -23,6 +23,8 @@ pub(super) const DERIVATIVE: f64 = 0.9;
 pub(super) const LOSSY: f64 = 0.05;
 /// From which part on most of something is: of the work of one sign, of what is explained.
 const MOST_OF_IT: f64 = 0.5;
+/// Part of its way that an axis gets on by, from which on it goes one way.
+const ONE_WAY: f64 = 0.95;
 
 /// The columns that may be each part of an axis, the likeliest first.
 pub(super) struct Parts<'a> {
@@ -194,6 +196,8 @@ pub(super) struct Trial<'a> {
     pub(super) without_inertia: Option<Fitted>,
     /// Work of the force along the displacement, and what it would be without a change of sign.
     pub(super) work: [f64; 2],
+    /// Whether the axis goes one way in every log.
+    one_way: bool,
 }
 
 impl Trial<'_> {
@@ -217,6 +221,13 @@ impl Trial<'_> {
         } else {
             stiffness
         }
+    }
+
+    /// Whether the axis goes one way in every log, at speeds that do not tell a damper from a
+    /// constant force, as in a test that pulls once until something yields: only the path counts.
+    pub(super) fn pulls_once(&self) -> bool {
+        let fitted = self.without_inertia.as_ref().unwrap_or(&self.fitted);
+        self.one_way && !self.shows_inertia() && !fitted.sure(1)
     }
 
     /// Whether an inertia shows, alone or beside friction, which hides it until it has a column of
@@ -318,7 +329,7 @@ fn trial<'a>(
     let fits_of = |columns| [Linear::new(columns), Linear::new(columns + 1)];
     let mut fits = vec![fits_of(3)];
     fits.extend(may_weigh.then(|| fits_of(4)));
-    let (mut turns, mut work) = (0.0_f64, [0.0; 2]);
+    let (mut turns, mut work, mut one_way) = (0.0_f64, [0.0; 2], true);
     for log in logs {
         let x = relative(log, first, second, kinds)?;
         let of_body = match second {
@@ -333,6 +344,10 @@ fn trial<'a>(
         };
         let ([x, v, a], lag) = joint_motion(&x, &of_body, logged.as_deref(), log.rate_hz);
         let f = alike(&f, lag);
+        let [net, way] = v
+            .iter()
+            .fold([0.0; 2], |[net, way], v| [net + v, way + v.abs()]);
+        one_way &= net.abs() > ONE_WAY * way;
         let each = |of: fn(f64) -> f64, series: &[f64]| -> Vec<f64> {
             series.iter().copied().map(of).collect()
         };
@@ -375,6 +390,7 @@ fn trial<'a>(
         beside_friction,
         without_inertia,
         work,
+        one_way,
     })
 }
 

@@ -29,9 +29,15 @@ pub(crate) fn said_of_gaps(gaps: usize, before: &str, left_out: usize) -> String
 /// A channel sampled less often than this part of the wanted rate leaves a part of the band empty.
 pub(crate) const TOO_FINE: f64 = 0.8;
 
+/// Steps over which the density is a mean: of fewer a jitter makes most of it.
+const AROUND: usize = 20;
+/// The part of the time in which the times may lie less densely than is said.
+const SPARSE: f64 = 0.1;
+
 /// How densely times lie that are in order.
 pub(crate) struct Density {
-    /// Different times per second, gaps left out.
+    /// Different times per second, gaps left out; of times that lie far less densely for a while,
+    /// as many as there are then: an even series has nothing to go by between them.
     pub(crate) rate_hz: f64,
     /// A longer step is a gap, s.
     pub(crate) gap_s: f64,
@@ -44,9 +50,25 @@ pub(crate) fn density(sorted: &[f64]) -> Option<Density> {
         steps.filter(|s| *s > 0.0)
     };
     let gap_s = (LONGEST_GAP as f64 + 1.5) * median(steps().collect())?;
-    let short = || steps().filter(|s| *s <= gap_s);
+    let short: Vec<f64> = steps().filter(|s| *s <= gap_s).collect();
+    let whole_s: f64 = short.iter().sum();
+    let mean = short.len() as f64 / whole_s;
+    // Each piece with its rate and how long it lasts, the least dense one first.
+    let mut pieces: Vec<[f64; 2]> = short
+        .chunks_exact(AROUND)
+        .map(|piece| piece.iter().sum())
+        .map(|lasts_s: f64| [AROUND as f64 / lasts_s, lasts_s])
+        .collect();
+    pieces.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
+    let mut passed_s = 0.0;
+    let sparse = pieces.iter().find(|[_, lasts_s]| {
+        passed_s += lasts_s;
+        passed_s > SPARSE * whole_s
+    });
+    let sparse = sparse.map(|[rate, _]| *rate);
+    let sparse = sparse.filter(|rate| *rate < TOO_FINE * mean);
     Some(Density {
-        rate_hz: round_rate(short().count() as f64 / short().sum::<f64>(), 1e-4),
+        rate_hz: round_rate(sparse.unwrap_or(mean), 1e-4),
         gap_s,
     })
 }

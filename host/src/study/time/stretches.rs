@@ -7,6 +7,7 @@ use crate::study::channels::calibrated::Calibrated;
 use crate::study::log::{Log, Request};
 use crate::study::plan::Plan;
 use crate::text::error::Result;
+use crate::text::table::significant;
 use std::sync::OnceLock;
 
 /// The even parts of the time that all channels share.
@@ -242,8 +243,9 @@ fn parts(
     parts.retain(|part| part.points >= shortest);
     if parts.is_empty() {
         return Err(request.error(format!(
-            "has no stretch of {shortest} points at {rate_hz} Hz in which all its channels go on ({:.4} s in all, {} gaps); \
+            "has no stretch of {shortest} points at {} Hz in which all its channels go on ({:.4} s in all, {} gaps); \
              use a longer log or another resample_hz",
+            significant(rate_hz),
             (end - begin).max(0.0),
             gaps.len()
         )));
