@@ -228,8 +228,11 @@ mod tests {
                 .map(|(s, w)| s + 0.2 * w)
                 .collect();
             let left = at_rest(&noisy, rows).expect("what follows the motion");
+            // Where it moves least there is mostly noise.
             let noise = 0.2 / 3_f64.sqrt();
-            assert!((0.9..2.0).contains(&(left / noise)), "{seed}: {left}");
+            let whole = noisy.iter().map(|r| r * r).sum::<f64>() / noisy.len() as f64;
+            assert!(left > 0.9 * noise, "{seed}: {left}");
+            assert!(left < 0.5 * whole.sqrt(), "{seed}: {left}");
             assert_eq!(at_rest(&swings, 40), None);
         }
     }
