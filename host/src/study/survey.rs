@@ -287,6 +287,21 @@ impl Survey {
         }
     }
 
+    /// The log with other numbers in its columns, all of one length.
+    pub(crate) fn with_values(&self, values: Vec<Vec<f64>>) -> Self {
+        let rows = values.first().map_or(0, Vec::len);
+        let columns = self.columns.iter().zip(values);
+        let columns = columns.map(|(column, values)| SurveyedColumn {
+            sign_bit: column.sign_bit,
+            ..surveyed(column.name.clone(), column.unit.clone(), values)
+        });
+        Self {
+            columns: columns.collect(),
+            rows,
+            ..self.clone()
+        }
+    }
+
     /// The column that is this by its name and unit alone, where one is; `force` or `displacement`.
     pub fn likeliest(&self, role: &str) -> Option<String> {
         use super::AxisKind::{Rotation, Translation};

@@ -157,3 +157,34 @@ fn a_log_whose_last_row_stands_first_is_told() {
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("so turn the rows round"), "{said}");
 }
+
+/// A row for every message, as recorders of robots write them, and a fast force beside a slow
+/// position.
+#[test]
+fn channels_with_times_of_their_own_are_brought_to_the_rate_of_the_slowest() {
+    let log = spring_and_damper(1000.0, 0..12_000);
+    let cells = |row: &str| -> Vec<String> { row.split(',').map(Into::into).collect() };
+    let with = |keep: fn(usize) -> [bool; 2]| -> String {
+        let rows = log.lines().enumerate().filter_map(|(row, line)| {
+            let [x, force] = if row == 0 { [true; 2] } else { keep(row) };
+            let mut cells = cells(line);
+            cells[1] = if x { cells[1].clone() } else { String::new() };
+            cells[2] = if force {
+                cells[2].clone()
+            } else {
+                String::new()
+            };
+            (x || force).then(|| cells.join(",") + "\n")
+        });
+        rows.collect()
+    };
+    let messages = with(|row| [row % 5 == 1, row % 4 == 2]);
+    let slow_position = with(|row| [row % 4 == 1, true]);
+    for (log, rate) in [(messages, "200"), (slow_position, "250")] {
+        finds_spring_and_damper(
+            &[("log.csv", log)],
+            &format!("interpolated to {rate} Hz, the rate of the slowest"),
+            &format!("time = {{ column = \"time_s\", resample_hz = {rate} }}   # guessed"),
+        );
+    }
+}

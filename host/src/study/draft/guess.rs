@@ -4,7 +4,7 @@ use super::free::free_axis;
 use super::parts::{Draft, DraftAxis, Log, Said, names};
 use super::records::{parts_of, records};
 use super::runs::{one_below_another, side_by_side};
-use super::{arrival, axis};
+use super::{arrival, axis, sparse};
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
 use crate::study::survey::{self, Survey, SurveyedTime};
@@ -42,32 +42,27 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         (None, Some(time)) => time.rate_hz,
         (None, None) => return Err(no_time(first)),
     };
-    if let Some(time) = time.as_ref().filter(|time| {
-        first
-            .column(&time.column)
-            .is_some_and(|c| c.named.time == 0)
-    }) {
-        findings.push(format!(
-            "column {:?} rises evenly, so it is taken for the time",
-            time.column
-        ));
-    }
-    if let Some(time) = time.as_ref().filter(|time| time.guessed) {
-        findings.push(format!(
-            "column {:?} states no unit; by its steps it counts {}, which makes {}",
-            time.column,
-            unit_of_time(time.seconds_per_unit).unwrap_or("s"),
-            sample_rate(time.rate_hz)
-        ));
-    }
+    findings.extend(
+        time.as_ref()
+            .into_iter()
+            .flat_map(|time| of_time(first, time)),
+    );
     let time = time.filter(|_| said.sample_rate_hz.is_none());
+    let is_driven = !said.is_free(first);
+    let of_channels = time.as_ref().filter(|_| is_driven);
+    let of_channels = of_channels.and_then(|time| sparse::evened(surveys, time));
+    let slowest_hz = of_channels.as_ref().map(|(_, rate)| *rate);
     let (time, resample_hz, row_rate) = match time {
         None => (None, None, None),
-        Some(time) => evenly(surveys, time, &mut findings),
+        Some(time) => evenly(surveys, time, slowest_hz, &mut findings),
     };
-    let sample_rate_hz = row_rate.unwrap_or(sample_rate_hz);
-    let rate_of = |survey| Some(time_like(survey, time.as_ref()?)?.rate_hz);
-    let logs: Vec<Log<'_>> = surveys
+    let sample_rate_hz = row_rate.or(slowest_hz).unwrap_or(sample_rate_hz);
+    let rate_of = |survey| match slowest_hz {
+        Some(rate_hz) => Some(rate_hz),
+        None => Some(time_like(survey, time.as_ref()?)?.rate_hz),
+    };
+    let looked_at = of_channels.as_ref().map_or(surveys, |(evened, _)| evened);
+    let logs: Vec<Log<'_>> = looked_at
         .iter()
         .map(|survey| Log {
             survey,
@@ -75,15 +70,15 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         })
         .collect();
     let column = time.as_ref().map(|t| t.column.as_str());
-    let (axes, stretches) = if said.is_free(first) {
-        let (axis, decays) = free_axis(&logs, column, said, &mut findings)?;
-        (vec![axis], decays)
-    } else {
+    let (axes, stretches) = if is_driven {
         let whole = surveys.iter().map(|s| vec![[0, s.rows]]);
         (
             axis::axes(&logs, column, said, &mut findings)?,
             whole.collect(),
         )
+    } else {
+        let (axis, decays) = free_axis(&logs, column, said, &mut findings)?;
+        (vec![axis], decays)
     };
     Ok(Draft {
         name: "joint rig".into(),
@@ -91,11 +86,31 @@ pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
         guesses_rate: row_rate.is_some(),
         records: records(&parts_of(surveys, &stretches), &axes),
-        unused: unused(surveys, time.as_ref(), &axes),
+        unused: unused(looked_at, time.as_ref(), &axes),
         axes,
         time,
         findings,
     })
+}
+
+/// What was guessed of the time.
+fn of_time(first: &Survey, time: &SurveyedTime) -> Vec<String> {
+    let named = first.column(&time.column).map(|c| c.named.time);
+    let rises = (named == Some(0)).then(|| {
+        format!(
+            "column {:?} rises evenly, so it is taken for the time",
+            time.column
+        )
+    });
+    let counts = time.guessed.then(|| {
+        format!(
+            "column {:?} states no unit; by its steps it counts {}, which makes {}",
+            time.column,
+            unit_of_time(time.seconds_per_unit).unwrap_or("s"),
+            sample_rate(time.rate_hz)
+        )
+    });
+    rises.into_iter().chain(counts).collect()
 }
 
 /// The runs in the logs that have rows enough for a record, or all where none has.
@@ -206,12 +221,22 @@ fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
 }
 
 /// How the channels come to an even rate, Hz: the time, to which rate they are interpolated, or at
-/// which rate rows were taken whose times are only those at which they arrived.
+/// which rate rows were taken whose times are only those at which they arrived. `slowest_hz` is the
+/// rate of the slowest of channels with times of their own.
 fn evenly(
     surveys: &[Survey],
     time: SurveyedTime,
+    slowest_hz: Option<f64>,
     findings: &mut Vec<String>,
 ) -> (Option<SurveyedTime>, Option<f64>, Option<f64>) {
+    if let Some(slowest_hz) = slowest_hz {
+        let rate = round_rate(slowest_hz, NEAR_RATE);
+        findings.push(format!(
+            "channels have times of their own, with empty cells in the rows of others, so all of them are interpolated to {rate} Hz, the \
+             rate of the slowest"
+        ));
+        return (Some(time), Some(rate), None);
+    }
     let Some(resample_hz) = resample_rate(surveys, &time) else {
         return (Some(time), None, None);
     };

@@ -14,6 +14,7 @@ mod nameless;
 mod parts;
 mod records;
 mod runs;
+mod sparse;
 mod stand_in;
 mod trial;
 mod write;
