@@ -231,3 +231,68 @@ fn left(columns: &[Vec<f64>], series: &[f64]) -> f64 {
     };
     (power - factors.dot(&right)).max(0.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE_HZ: f64 = 200.0;
+    const SLIP: f64 = 0.25;
+    const FIRST_ROW: usize = 20;
+
+    /// Displacement, velocity, force and stretch of a spring that stiffens beside a slider, in
+    /// swings that grow from rest.
+    fn swings() -> [Vec<f64>; 4] {
+        let x = (0..4000).map(|row| {
+            let t = f64::from(row) / RATE_HZ;
+            (0.1 * t).min(1.0) * (3.0 * t).sin() * (1.0 - (-4.0 * t * t).exp())
+        });
+        let x: Vec<f64> = x.collect();
+        let slider = Element {
+            slip: SLIP,
+            keep: 1.0,
+        };
+        let stretch = slider.along(&x, 0, 0.0);
+        let rates = x.windows(2).map(|w| (w[1] - w[0]) * RATE_HZ);
+        let velocity = std::iter::once(0.0).chain(rates).collect();
+        let force = x.iter().zip(&stretch);
+        let force = force.map(|(x, s)| 20.0 * x + 30.0 * x.powi(3) + 50.0 * s);
+        let force = force.collect();
+        [x, velocity, force, stretch]
+    }
+
+    /// The travel that the rows from `from` on tell of.
+    fn travel(from: usize) -> f64 {
+        let [x, velocity, force, _] = swings();
+        let none = vec![0.0; x.len()];
+        let rows = from + FIRST_ROW..;
+        let record = AxisRecord {
+            earlier: Vec::new(),
+            displacement: &x[from..],
+            first_row: FIRST_ROW,
+            velocity: &velocity[rows.clone()],
+            force: &force[rows.clone()],
+            first_force: force[from],
+            acceleration: &none[rows],
+            sample_rate_hz: RATE_HZ,
+            band: &[1.0],
+        };
+        let [before, _] = record.before();
+        assert_eq!(before.len(), SAMPLES + FIRST_ROW);
+        before[SAMPLES] - before[0]
+    }
+
+    #[test]
+    fn a_record_that_begins_at_rest_remembers_nothing_and_one_that_was_cut_out_does() {
+        assert_eq!(travel(0), 0.0);
+        let [.., stretch] = swings();
+        // Cut out where the joint turns round and the slider is stretched fully, to either side.
+        for sign in [1.0, -1.0] {
+            let stretched = |row: &usize| sign * stretch[*row] > 0.999 * SLIP;
+            let turns = |row: &usize| stretched(row) && !stretched(&(row + 1));
+            let from = (2000..3999).find(turns).expect("a large swing");
+            let came = travel(from);
+            assert!(sign * came > 0.8 * SLIP, "{came} at row {from}");
+        }
+    }
+}

@@ -327,7 +327,7 @@ impl Chances {
 
 #[cfg(test)]
 mod tests {
-    use super::{Judged, Rivals, is_gained, is_refuted};
+    use super::{Judged, Rivals, is_gained, is_raised, is_refuted};
     use crate::model::effects::AxisEffect;
     use jointwatch_shared::effect::Entry;
 
@@ -354,6 +354,16 @@ mod tests {
         assert!(is_gained(&faint));
         assert!(is_refuted(&faint, &blocks(0.0, 0.2)));
         assert!(!is_refuted(&faint, &blocks(0.05, 0.2)));
+    }
+
+    #[test]
+    fn what_doubles_a_few_large_errors_raises_them_though_most_blocks_gain() {
+        let of = |quiet: f64, loud: f64| [vec![quiet; 20], vec![loud; 2]].concat();
+        let (without, with) = (of(-12.0, -4.0), of(-13.4, -2.6));
+        let gains: Vec<f64> = without.iter().zip(&with).map(|(b, a)| b - a).collect();
+        assert!(is_gained(&gains) && !is_refuted(&gains, &gains));
+        assert!(is_raised(&without, &with) && !is_raised(&with, &without));
+        assert!(!is_raised(&without, &without));
     }
 
     #[test]
