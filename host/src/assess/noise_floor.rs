@@ -50,8 +50,8 @@ pub(crate) struct Floor {
     /// Whether on an axis that never rests the spectrum of what is left ends, as that of a force
     /// does and that of noise does not.
     pub(crate) ends: bool,
-    /// Whether on such an axis what is left is louder where the axis moves more, as noise of sensors
-    /// is not.
+    /// Whether on such an axis what is left is louder where the axis moves more, as noise of
+    /// sensors is not.
     pub(crate) follows_motion: bool,
 }
 

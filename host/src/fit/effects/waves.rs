@@ -11,31 +11,28 @@ use realfft::RealFftPlanner;
 const PLACES: usize = 1 << 14;
 /// Wave numbers in the width of a peak, so that a start lies well inside its valley.
 const POINTS_PER_PEAK: usize = 4;
+/// Waves that pass from row to row are whole ones within this.
+const WHOLE: f64 = 0.1;
 /// Pitches that are told at most.
 const MAX_PITCHES: usize = 3;
 
 impl Records<'_> {
-    /// Whether what the low-pass lets through of a wave of this length, m or rad, over the
-    /// displacement is an alias along most of the way: more than half a wave passes from row to row
-    /// there, and it looks like one that passes slowly.
+    /// Whether a wave of this length, m or rad, over the displacement looks like a constant along
+    /// most of the way, since a whole one passes from row to row there, as at a constant speed.
+    /// Where no low-pass keeps faster ones out, whether more than half a wave does.
     pub(crate) fn is_aliased(&self, axis: usize, length: f64) -> bool {
-        // The width of the low-pass, waves per row.
-        let band = 0.5 * self.taps.iter().map(|tap| tap * tap).sum::<f64>();
+        let near = if self.taps.len() > 1 { WHOLE } else { 0.5 };
         let all = self
             .histories
             .iter()
             .map(|history| history.displacement(axis));
         let steps = all.flat_map(|x| x.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
-        let [seen, alias] = steps.fold([0.0; 2], |[seen, alias], step| {
+        let [way, alias] = steps.fold([0.0; 2], |[way, alias], step| {
             let waves = step / length;
-            let passes = (waves - waves.round()).abs() <= band;
-            match waves < 0.5 {
-                true if passes => [seen + step, alias],
-                false if passes => [seen, alias + step],
-                _ => [seen, alias],
-            }
+            let is_alias = waves >= 0.5 && (waves - waves.round()).abs() <= near;
+            [way + step, alias + if is_alias { step } else { 0.0 }]
         });
-        alias > seen
+        alias > 0.5 * way
     }
 
     /// The pitches, m or rad, at which a residual repeats most strongly over the displacement of an
@@ -136,7 +133,7 @@ mod tests {
             [3e-3, 1.9e-3, 1.5e-3, 1e-3].map(|length| !records.is_aliased(0, length))
         };
         assert_eq!(told("time = \"none\""), [true, false, false, false]);
-        // What the low-pass takes out is no alias: there the slow steps alone tell the wave.
+        // Behind a low-pass only what looks like a constant is an alias.
         assert_eq!(
             told("sample_rate_hz = 1000\nband_hz = 50"),
             [true, true, true, false]
