@@ -11,6 +11,7 @@ use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
 use crate::signal::spectrum::{Accumulator, window_for};
+use crate::signal::statistics::rms;
 use crate::study::Axis;
 use jointwatch_shared::base::terms::EffectValues;
 
@@ -196,10 +197,7 @@ impl<'a> Band<'a> {
             .map(|(residual, motion)| counted(motion, apply(residual, self.low_pass)))
             .collect();
         // The noise is in what is left, so it cannot be more.
-        let left = passed.iter().map(|series| {
-            let square: f64 = series.iter().map(|e| e * e).sum();
-            (square / series.len().max(1) as f64).sqrt()
-        });
+        let left = passed.iter().map(|series| rms(series));
         // Sensors are as noisy where the axis is calm as where it moves.
         let calm = passed.iter().zip(motions).filter_map(|(residual, motion)| {
             let states = [0, 1].map(|i| {

@@ -6,6 +6,7 @@
 //! a joint moves as where it does not.
 
 use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
+use crate::signal::statistics::rms;
 
 /// Length of the windows of the spectrum, s.
 const WINDOW_S: f64 = 4.0;
@@ -134,8 +135,7 @@ pub(super) fn calm(
     rate: f64,
     band_hz: f64,
 ) -> Option<f64> {
-    let mean_square = |s: &[f64]| s.iter().map(|v| v * v).sum::<f64>() / s.len().max(1) as f64;
-    let units = [displacement, velocity].map(|s| mean_square(s).max(f64::MIN_POSITIVE));
+    let units = [displacement, velocity].map(|s| rms(s).powi(2).max(f64::MIN_POSITIVE));
     let states = displacement.iter().zip(velocity);
     let moves = states.map(|(x, v)| x * x / units[0] + v * v / units[1]);
     let mut rows: Vec<(f64, f64)> = moves.zip(residual.iter().map(|r| r * r)).collect();

@@ -55,7 +55,11 @@ impl SurveyedColumn {
     /// The column as it is in some rows.
     fn in_rows(&self, rows: Range<usize>) -> Self {
         let [from, to] = [rows.start, rows.end].map(|row| row.min(self.values.len()));
-        let values = self.values[from..to].to_vec();
+        self.holding(self.values[from..to].to_vec())
+    }
+
+    /// The column with other numbers.
+    fn holding(&self, values: Vec<f64>) -> Self {
         Self {
             sign_bit: self.sign_bit,
             ..surveyed(self.name.clone(), self.unit.clone(), values)
@@ -274,16 +278,9 @@ impl Survey {
         let columns: Vec<SurveyedColumn> = columns.collect();
         Self {
             time: time_of(&columns),
-            columns,
-            rows: to - from,
             first_row: self.first_row + from,
             is_part: true,
-            blocks: Vec::new(),
-            heading: self.heading.clone(),
-            states_heading: self.states_heading,
-            file: self.file.clone(),
-            format: self.format.clone(),
-            notes: self.notes.clone(),
+            ..self.holding(columns, to - from)
         }
     }
 
@@ -291,14 +288,24 @@ impl Survey {
     pub(crate) fn with_values(&self, values: Vec<Vec<f64>>) -> Self {
         let rows = values.first().map_or(0, Vec::len);
         let columns = self.columns.iter().zip(values);
-        let columns = columns.map(|(column, values)| SurveyedColumn {
-            sign_bit: column.sign_bit,
-            ..surveyed(column.name.clone(), column.unit.clone(), values)
-        });
+        let columns = columns.map(|(column, values)| column.holding(values));
+        self.holding(columns.collect(), rows)
+    }
+
+    /// The log with other columns of the same names; its time and place in the file as they are.
+    fn holding(&self, columns: Vec<SurveyedColumn>, rows: usize) -> Self {
         Self {
-            columns: columns.collect(),
+            time: self.time.clone(),
+            columns,
             rows,
-            ..self.clone()
+            blocks: Vec::new(),
+            first_row: self.first_row,
+            is_part: self.is_part,
+            heading: self.heading.clone(),
+            states_heading: self.states_heading,
+            file: self.file.clone(),
+            format: self.format.clone(),
+            notes: self.notes.clone(),
         }
     }
 

@@ -121,14 +121,9 @@ fn all_taken(bench: &Bench<'_>, inputs: &Inputs, design: &[Column]) -> Taken {
     }
     let timeless = inputs.taken(bench, &left, Knows::Inputs);
     let steady = inputs.taken(bench, &inputs.steady(bench, &left), Knows::Record);
-    let most = match steady.surely() > timeless.surely() {
-        true => steady,
-        false => timeless,
-    };
-    match most.surely() > taken.surely() {
-        true => taken,
-        false => most,
-    }
+    let by_power = |a: &Taken, b: &Taken| a.surely().total_cmp(&b.surely());
+    let most = std::cmp::max_by(steady, timeless, by_power);
+    std::cmp::min_by(most, taken, by_power)
 }
 
 /// Decides on an axis, beside a base.

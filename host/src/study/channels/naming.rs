@@ -39,6 +39,27 @@ pub(crate) const QUANTITIES: [Quantity; 8] = [
     Quantity::Force(Rotation),
 ];
 
+/// Parts of words for a displacement along a line.
+const STROKES: [&str; 17] = [
+    "displ",
+    "posit",
+    "auslenk",
+    "verschieb",
+    "extension",
+    "elongation",
+    "deflection",
+    "spostam",
+    "desplaz",
+    "stroke",
+    "travel",
+    "course",
+    "einfeder",
+    "deplac",
+    "déplac",
+    "encoder",
+    "weggeber",
+];
+
 /// Whole words, and words that are long enough to be told inside another.
 fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str]) {
     match quantity {
@@ -55,25 +76,7 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
                 "x", "y", "z", "d", "s", "q", "qm", "disp", "dist", "drift", "pos", "weg", "hub",
                 "lvdt", "u",
             ],
-            &[
-                "displ",
-                "posit",
-                "auslenk",
-                "verschieb",
-                "extension",
-                "elongation",
-                "deflection",
-                "spostam",
-                "desplaz",
-                "stroke",
-                "travel",
-                "course",
-                "einfeder",
-                "deplac",
-                "déplac",
-                "encoder",
-                "weggeber",
-            ],
+            &STROKES,
         ),
         Quantity::Velocity(Translation) => (
             &[

@@ -3,6 +3,7 @@
 
 use crate::study::survey::{Survey, SurveyedColumn, SurveyedTime};
 use crate::study::time::pieces::{MIN_ROWS, density};
+use crate::study::time::resample::Resampler;
 
 /// A channel has times of its own where it has no number in so many of the rows.
 const EMPTY: f64 = 0.3;
@@ -32,8 +33,8 @@ fn samples(column: &SurveyedColumn, seconds: &[f64]) -> (Vec<f64>, Vec<f64>) {
     pairs.filter(|(_, value)| value.is_finite()).unzip()
 }
 
-/// A log at an even rate, on lines between the numbers of every column, for as long as all of them
-/// last; a column that lacks numbers otherwise has none.
+/// A log at an even rate, as the study will bring it there, for as long as all columns last; one
+/// that lacks numbers otherwise has none.
 fn evenly(survey: &Survey, time: &SurveyedTime, rate_hz: f64) -> Option<Survey> {
     let seconds = time.seconds(survey)?;
     let columns: Vec<Option<(Vec<f64>, Vec<f64>)>> = survey
@@ -48,25 +49,9 @@ fn evenly(survey: &Survey, time: &SurveyedTime, rate_hz: f64) -> Option<Survey> 
     let begin = ends(<[f64]>::first).fold(f64::NEG_INFINITY, f64::max);
     let end = ends(<[f64]>::last).fold(f64::INFINITY, f64::min);
     let rows = ((end - begin).max(0.0) * rate_hz) as usize + 1;
-    let at = |row: usize| begin + row as f64 / rate_hz;
     let values = columns.into_iter().map(|column| match column {
         None => vec![f64::NAN; rows],
-        Some((times, values)) => (0..rows)
-            .map(|row| on_line(&times, &values, at(row)))
-            .collect(),
+        Some((times, values)) => Resampler::new(&times, begin, rate_hz, rows).apply(&values),
     });
     Some(survey.with_values(values.collect()))
-}
-
-/// The value at a time on the line between its neighbours.
-fn on_line(times: &[f64], values: &[f64], at: f64) -> f64 {
-    let after = times.partition_point(|t| *t < at).min(times.len() - 1);
-    let before = after.saturating_sub(1);
-    let [from, to] = [times[before], times[after]];
-    let share = if to > from {
-        ((at - from) / (to - from)).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    values[before] + share * (values[after] - values[before])
 }

@@ -7,7 +7,7 @@ use crate::study::channels::integrate::{displacement_of, integral, lowest_freque
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{Likeness, alike, derivative_likeness, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
-use crate::study::survey::{Survey, SurveyedColumn, extent};
+use crate::study::survey::{Survey, SurveyedColumn, range};
 use crate::text::error::{Error, Result};
 use std::borrow::Cow;
 
@@ -344,10 +344,7 @@ fn trial<'a>(
         };
         let ([x, v, a], lag) = joint_motion(&x, &of_body, logged.as_deref(), log.rate_hz);
         let f = alike(&f, lag);
-        let [net, way] = v
-            .iter()
-            .fold([0.0; 2], |[net, way], v| [net + v, way + v.abs()]);
-        one_way &= net.abs() > ONE_WAY * way;
+        one_way &= goes_one_way(&v);
         let each = |of: fn(f64) -> f64, series: &[f64]| -> Vec<f64> {
             series.iter().copied().map(of).collect()
         };
@@ -364,8 +361,7 @@ fn trial<'a>(
             columns.push(&direction);
             beside.add(&columns, &f, 8);
         }
-        let [low, high] = extent(x.iter().copied());
-        turns = turns.max(high - low);
+        turns = turns.max(range(&x));
     }
     let mut solved = fits.iter().map(solved);
     let mut spring = solved.next()?;
@@ -392,6 +388,13 @@ fn trial<'a>(
         work,
         one_way,
     })
+}
+
+/// Whether a motion of these velocities gets on by most of its way.
+fn goes_one_way(velocity: &[f64]) -> bool {
+    let net: f64 = velocity.iter().sum();
+    let way: f64 = velocity.iter().map(|v| v.abs()).sum();
+    net.abs() > ONE_WAY * way
 }
 
 /// A fit with an inertia where the motion tells one, the same beside dry friction, and without an
