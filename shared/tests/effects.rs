@@ -196,6 +196,7 @@ fn numbers_in_blobs_never_change() {
         (61, "exponential_spring"),
         (62, "bouc_wen_degrading"),
         (63, "bouc_wen_baber_noori"),
+        (64, "delayed_feedback"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -29,6 +29,7 @@ mod cubic_hardening;
 mod dahl;
 mod damping_by_other;
 mod damping_by_other_squared;
+mod delayed_feedback;
 mod digressive_damping;
 mod end_stop;
 mod exponential_spring;
@@ -157,4 +158,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<exponential_spring::ExponentialSpring>(),
     Entry::of::<bouc_wen_degrading::BoucWenDegrading>(),
     Entry::of::<bouc_wen_baber_noori::BoucWenBaberNoori>(),
+    Entry::of::<delayed_feedback::DelayedFeedback>(),
 ];

@@ -81,7 +81,7 @@ pub const SUBJECTS: [Subject; 31] = [
     coupling("crosstalk", Kind::Instrument, false),
     subject("mains_hum", Kind::Instrument),
     subject("friction that comes and goes", Kind::Outside),
-    subject("delayed feedback of the displacement", Kind::Outside),
+    subject(wild::NAMES[0], Kind::Outside),
     subject("unmeasured force", Kind::Outside),
     subject("stiffness that swings in time", Kind::Outside),
     subject(
@@ -132,7 +132,7 @@ pub const BY_NAME: [Subject; 42] = [
     subject("power_contact", Kind::Joint),
     subject("self_centring", Kind::Joint),
     subject("periodic_friction", Kind::Joint),
-    subject(wild::NAMES[0], Kind::Outside),
+    subject("delayed_feedback", Kind::Joint),
     subject(wild::NAMES[1], Kind::Outside),
     subject(wild::NAMES[2], Kind::Outside),
     subject(wild::NAMES[3], Kind::Outside),
@@ -171,7 +171,7 @@ impl Subject {
             "inertia_error",
             "force_gain",
             "crosstalk",
-            "delayed feedback of the displacement",
+            "delayed_feedback",
         ];
         if either.contains(&self.name) && rng.random() {
             -1.0
@@ -272,9 +272,6 @@ impl Subject {
                 edge,
                 period_s: within(0.8, 4.0),
                 phase,
-            },
-            "delayed feedback of the displacement" => Form::LateSpring {
-                delay_s: within(0.008, 0.025),
             },
             "unmeasured force" => Form::Unlogged,
             "stiffness that swings in time" => Form::SwingingSpring {
@@ -449,6 +446,9 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
             pitch: x * within(0.7, 2.5),
             phase: TAU * within(0.1, 1.0),
             edge,
+        },
+        "delayed_feedback" => Form::LateSpring {
+            delay_s: within(0.008, 0.025),
         },
         name => unreachable!("{name} is in the list of subjects but has no form"),
     }

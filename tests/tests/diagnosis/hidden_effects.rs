@@ -239,7 +239,7 @@ fn right() -> Vec<(Options, usize)> {
     let principles = [
         // A spring that acts late is no force channel that is late; and one that is very late is
         // that.
-        (only("delayed feedback of the displacement", 301), 8),
+        (only("delayed_feedback", 301), 8),
         (of(303), 112),
         // Two at once, a line of the mains beside crosstalk.
         (two, 1),
@@ -279,7 +279,7 @@ fn verdicts_that_were_right_stay_right() {
 /// Laws outside the library, with a case of seed 402 each, and what the answer says that they
 /// follow, where it does.
 const OUTSIDE: [(&str, usize, Option<&str>); 5] = [
-    ("delayed feedback of the displacement", 3, None),
+    ("damping on one side of the middle", 0, Some("states")),
     (
         "damping that grows with the displacement squared",
         0,
