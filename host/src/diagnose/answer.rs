@@ -436,6 +436,8 @@ pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<Look
         let mut looked: Vec<&LookedAt> = decision.looked.iter().collect();
         looked.sort_by(|a, b| a.score.rank.total_cmp(&b.score.rank));
         let best = looked.first().map_or(f64::NAN, |l| l.score.rank);
+        let is_chosen = |l: &LookedAt| l.hypothesis.key() == decision.hypothesis.key();
+        let chosen = looked.iter().find(|l| is_chosen(l)).map(|l| l.score.rank);
         all.extend(looked.into_iter().map(|l| {
             let added = l.hypothesis.added();
             let mean =
@@ -446,10 +448,17 @@ pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<Look
                 mean_log_error: mean,
                 error: l.score.error,
                 numbers: l.score.numbers,
-                outcome: if l.hypothesis.key() == decision.hypothesis.key() {
+                outcome: if is_chosen(l) {
                     "chosen".into()
                 } else if !l.sound && !added.is_empty() {
                     "a value that is not physical, or at the edge of what was searched".into()
+                } else if let Some(chosen) = chosen
+                    && l.score.rank < chosen
+                {
+                    format!(
+                        "ahead of the chosen one by {:.3}: within the scatter of the blocks, or by an effect that explains next to nothing",
+                        chosen - l.score.rank
+                    )
                 } else {
                     format!("behind the best by {:.3}", l.score.rank - best)
                 },

@@ -64,14 +64,17 @@ pub(super) fn refutations(search: &Search, names: &[&str], on: JudgedOn) -> Vec<
                 names[refuted.axis]
             );
         };
+        let (judged, axis) = (on.words(), names[refuted.axis]);
+        let (change, error) = (percent(mean).abs(), percent(error));
+        if mean < 0.0 {
+            return format!(
+                "{name} explains the training records by more than its gain on the {judged} bears out: there the error of axis {axis} is \
+                 {change:.1} % smaller with it, and the standard error of the blocks is {error:.1} %, so it is not added"
+            );
+        }
         format!(
-            "{name} explains the training records better, but on the {} the error of axis {} is {:.1} % {} with it (standard error of the \
-             blocks {:.1} %), so it is not added",
-            on.words(),
-            names[refuted.axis],
-            percent(mean).abs(),
-            if mean < 0.0 { "smaller" } else { "larger" },
-            percent(error)
+            "{name} explains the training records better, but on the {judged} the error of axis {axis} is {change:.1} % larger with it \
+             (standard error of the blocks {error:.1} %), so it is not added"
         )
     };
     search.refuted.iter().map(sentence).collect()

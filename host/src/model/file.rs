@@ -254,6 +254,12 @@ impl ModelFile {
     /// As [`ModelFile::read`].
     pub fn parse(called: &str, text: &str) -> Result<Self> {
         let model: Self = serde_json::from_str(text).map_err(|e| {
+            if called.ends_with(".toml") {
+                return Error::data(format!(
+                    "{called}: this is a study, and a model belongs here; give the study first and then the file that \
+                     `jointwatch identify` wrote"
+                ));
+            }
             Error::data(format!(
                 "{called}, line {}, column {}: this is not a Jointwatch model ({}); give the file that `jointwatch identify` wrote, \
                  or write it anew",

@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 /// The states' band is at least this many times the common band, so that a force law sees the
 /// corners it makes.
 const STATES_OVER_COMMON: f64 = 2.0;
+/// What the filters take of a record is told from a tenth of its rows on.
+const MUCH_LOST: f64 = 0.1;
 /// A filter falls from its pass band to zero over this share of it, when the taps allow.
 const TRANSITION_WIDTH: f64 = 0.75;
 /// The common band's low-pass is made longer where it would fall to zero over more than this share
@@ -161,6 +163,11 @@ impl Filters {
             );
         }
         filters.band = common.filter(Ideal::LowPass, rate)?;
+        let lost = filters.half_length() + filters.band.len() / 2;
+        let shortest = study.records.iter().map(|r| r.rows).min().unwrap_or(0);
+        if 2.0 * lost as f64 > MUCH_LOST * shortest as f64 {
+            reason += &format!("; the filters take {lost} rows at either end of every record");
+        }
         filters.reason = reason;
         Ok(filters)
     }

@@ -16,6 +16,8 @@ const NOISE: f64 = 6.0;
 const LEAST: usize = 100;
 /// Part of the rows that is worth a word.
 const MANY: f64 = 0.1;
+/// Part of the rows beyond which leaving them out leaves nothing to learn from.
+const NEARLY_ALL: f64 = 0.9;
 
 /// Of every row of a record but those that the filters cost at each end, whether no axis moves: for
 /// a period of the fastest motion that the states show, its displacement stays within what encoder
@@ -66,9 +68,13 @@ pub(crate) fn in_words(study: &Study, state_band_hz: f64, half: usize) -> Option
         .collect();
     let share = still.iter().filter(|still| **still).count() as f64 / still.len().max(1) as f64;
     (share > MANY && !study.leave_out_standstill && !study.quasi_static).then(|| {
+        let advice = match share > NEARLY_ALL {
+            true => "check the unit and the scale of the displacement, and whether the log holds the motion",
+            false => "leave_out_standstill = true in study.toml leaves such rows out",
+        };
         format!(
             "nothing moves in {:.0} % of the training rows: unless the motion is imposed, a joint that sticks takes any force there up to its \
-             breakaway; leave_out_standstill = true in study.toml leaves such rows out",
+             breakaway; {advice}",
             100.0 * share
         )
     })

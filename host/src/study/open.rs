@@ -59,7 +59,7 @@ impl Request<'_> {
         }
         input::read(self.path).map_err(|e| {
             self.error(format!(
-                "cannot be read ({e}); check the path, which is relative to study.toml"
+                "cannot be read ({e}); check the path; those in study.toml are relative to it"
             ))
         })
     }

@@ -71,6 +71,7 @@ impl Study {
         check::constant_channels(&study, &plan, Extent::Whole)?;
         study.direct();
         study.notes.extend(check::inputs(&study));
+        study.notes.extend(check::copies(&study));
         Ok(study)
     }
 

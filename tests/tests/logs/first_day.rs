@@ -3,7 +3,7 @@
 
 use jointwatch::simulate::{Hide, SimulationOptions, simulate};
 use jointwatch::study::{Study, mistakes};
-use jointwatch_tests::program::{measurements, succeed};
+use jointwatch_tests::program::{fail, measurements, succeed};
 use std::fs;
 use tempfile::TempDir;
 
@@ -219,4 +219,52 @@ fn inspect_shows_the_channels_of_a_log() {
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["rows"], 500);
     assert_eq!(json["time"]["rate_hz"], 1000.0);
+}
+
+#[test]
+fn a_wrong_unit_is_put_right_whatever_the_study_says_and_a_copied_record_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let simulated = ["simulate", "--out", "bench", "--axes", "1", "--quiet"];
+    succeed(folder, &simulated);
+    let bench = folder.join("bench");
+    let right = fs::read_to_string(bench.join("study.toml")).unwrap();
+    let said = |study: &str| {
+        fs::write(bench.join("study.toml"), study).unwrap();
+        succeed(&bench, &["identify", ".", "--model", "physical"])
+    };
+    let with_unit = |unit: &str| {
+        let force = format!("force = {{ column = \"force_N\", unit = \"{unit}\" }}");
+        said(&right.replace("force = \"force_N\"", &force))
+    };
+    let sound = said(&right);
+    assert!(!sound.contains("moves a mass"), "{sound}");
+    assert!(!sound.contains("holds the same"), "{sound}");
+    for wrong in ["kN", "mN"] {
+        let told = with_unit(wrong);
+        assert!(
+            told.contains("the force is in N; write force"),
+            "{wrong}: {told}"
+        );
+    }
+    fs::copy(bench.join("train_x.csv"), bench.join("valid.csv")).unwrap();
+    let told = said(&right);
+    assert!(
+        told.contains("valid.csv holds the same forces and displacements as train_x.csv"),
+        "{told}"
+    );
+    let drafted = ["init", "train_x.csv", "--yes", "-o", "draft.toml"];
+    let told = succeed(&bench, &drafted);
+    assert!(
+        told.contains("the first alone is taken as the displacement"),
+        "{told}"
+    );
+    let draft = fs::read_to_string(bench.join("draft.toml")).unwrap();
+    let displacement = draft.lines().find(|l| l.starts_with("displacement"));
+    assert!(
+        displacement.is_some_and(|line| line.ends_with("# guessed")),
+        "{draft}"
+    );
+    let swapped = fail(&bench, &["compare", "model.json", "study.toml"], 3);
+    assert!(swapped.contains("give the study first"), "{swapped}");
 }

@@ -124,6 +124,23 @@ fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
     if added {
         console.say(effects::table(&applied.model.effects).to_string())?;
+        let held = |found: &&Found| {
+            let mut effects = applied.model.effects.iter();
+            effects.any(|e| {
+                e.effect == found.effect && e.axis.as_deref().is_none_or(|axis| axis == found.axis)
+            })
+        };
+        let (_, dropped): (Vec<_>, Vec<_>) = applied.first.found.iter().partition(held);
+        if !dropped.is_empty() {
+            let names: Vec<String> = dropped.into_iter().map(Found::name).collect();
+            console.say(format!(
+                "Named at first and not in the model, since beside what was added it is not needed or could not be kept: {}.",
+                names.join(", ")
+            ))?;
+        }
+        for warning in &applied.model.warnings {
+            console.say(format!("Warning: {warning}."))?;
+        }
         console.say(format!("\nModel written to {}.", output.display()))?;
     } else {
         console.say("Nothing was added, so no model was written.")?;
@@ -157,9 +174,10 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     console.say_data_problems(&diagnosis.data_problems)?;
     if !diagnosis.ranked.is_empty() {
         console.say(format!(
-            "Candidates for what is missing, each added alone; RMS error over RMS force of its axis on stretches of the training \
-             records that it was not fitted to:\n{}\n",
-            candidates(diagnosis)
+            "Candidates for what is missing. Probability: that it acts, alone or beside others, so they need not sum to 1. Errors: RMS \
+             error over RMS force of its axis with it alone, on stretches of the training records that it was not fitted to:\n{}{}\n",
+            candidates(diagnosis),
+            of_no_effect(diagnosis)
         ))?;
     }
     if !diagnosis.looked_at.is_empty() {
@@ -309,6 +327,16 @@ fn candidates(diagnosis: &Diagnosis) -> Table {
         ]);
     }
     table
+}
+
+/// How likely it is that nothing is missing, and that something is which has no name here.
+fn of_no_effect(diagnosis: &Diagnosis) -> String {
+    let of = |key: &str| diagnosis.probabilities.get(key).copied().unwrap_or(0.0);
+    format!(
+        "Nothing is missing with probability {:.2}, something without a name is with {:.2}.\n",
+        of("none"),
+        of("unknown")
+    )
 }
 
 /// The first names of a list that a row has room for, and how many more there are.

@@ -94,7 +94,8 @@ pub(super) fn gather(asked: &Asked<'_>, version: &Version<'_>) -> Result<Candida
 fn in_words(ranked: &Ranked, found: bool, axes: &[&str]) -> Candidate {
     let about = Entry::named(ranked.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
     let [least, most] = ranked.error_drop_interval;
-    let with = |drop: f64| ranked.error_before / drop.max(f64::MIN_POSITIVE);
+    // The scatter of the blocks, about the error that is drawn: that of all rows together.
+    let spread = (most / least.max(f64::MIN_POSITIVE)).sqrt();
     Candidate {
         name: format!("{}@{}", ranked.effect, ranked.axis),
         title: about.map_or("", |a| a.title).into(),
@@ -102,7 +103,7 @@ fn in_words(ranked: &Ranked, found: bool, axes: &[&str]) -> Candidate {
         found,
         error_before: ranked.error_before,
         error_after: ranked.error_after,
-        interval: [with(most), with(least)],
+        interval: [ranked.error_after / spread, ranked.error_after * spread],
         equivalent: ranked.equivalent.clone(),
         experiment: ranked.separating_experiment.clone(),
         values: ranked

@@ -8,12 +8,14 @@
 //!   velocity and an encoder of its axis moves;
 //! - it is constant in every record.
 
+mod copies;
 mod inputs;
 pub(super) mod kinematics;
 pub(super) mod linear;
 pub(crate) mod lone;
 pub(super) mod roles;
 
+pub(super) use copies::copies;
 pub(super) use inputs::inputs;
 
 use super::plan::{AxisPlan, Plan};

@@ -222,7 +222,33 @@ fn best_axis(
             logs[0].survey.file, parts.displacement[0].name, force.name
         )));
     };
-    Ok(axis_of(logs, chosen, parts, force, kind, said, findings))
+    let mut axis = axis_of(logs, chosen, parts, force, kind, said, findings);
+    if let Some(other) = another_side(chosen, parts, kind, said) {
+        axis.displacement[0].guessed = true;
+        findings.push(format!(
+            "of {:?} and {:?} the first alone is taken as the displacement; where the joint lies between the two, write displacement = [{:?}, \
+             {:?}], the far side first",
+            chosen.first.name, other.name, other.name, chosen.first.name
+        ));
+    }
+    Ok(axis)
+}
+
+/// A position that is as surely one by its name as the one that was chosen alone, in the same unit.
+fn another_side<'a>(
+    chosen: &Trial<'_>,
+    parts: &Parts<'a>,
+    kind: AxisKind,
+    said: &Said,
+) -> Option<&'a SurveyedColumn> {
+    let alone = chosen.second.is_none() && parts.derivative == 0;
+    if !alone || said.column("displacement").is_some() {
+        return None;
+    }
+    let score = |c: &SurveyedColumn| c.named.score(Quantity::Displacement(kind));
+    let first = chosen.first;
+    let mut others = parts.displacement.iter().copied();
+    others.find(|c| c.name != first.name && c.unit == first.unit && score(c) == score(first))
 }
 
 /// A column as study.toml will have it; what its numbers are taken for where no log says so is a
@@ -263,7 +289,16 @@ pub(super) fn channel(
             ));
             None
         }
-        None => column.unit.clone(),
+        None => {
+            if column.unit.is_none() && quantity != Quantity::Input {
+                findings.push(format!(
+                    "column {:?} states no unit, so its numbers are taken for {}",
+                    column.name,
+                    quantity.si()
+                ));
+            }
+            column.unit.clone()
+        }
     };
     // Volts and counts have a size that nobody has stated.
     let bare = unit.as_deref().is_some_and(is_bare);

@@ -1,7 +1,8 @@
 //! Sign and unit of the force, by the mass, damping and stiffness that it shows.
 
-use super::slips::FORCE_SLIPS;
+use super::slips::{FORCES, TORQUES};
 use super::{Axis, LIMITS};
+use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{alike, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::{AxisKind, Channels, Convention};
@@ -125,17 +126,20 @@ impl Axis<'_> {
         if (LIMITS.mass..1.0 / LIMITS.mass).contains(&ratio) {
             return None;
         }
-        let off = |slip: &&(f64, &str)| (ratio / slip.0).ln().abs();
-        let nearest = FORCE_SLIPS.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
         let kind = axis.kind;
-        let unit = nearest
-            .filter(|slip| off(slip) < 2.0 * (1.0 / LIMITS.mass).ln().min(0.5))
-            .map(|(_, unit)| match (kind, *unit) {
-                (AxisKind::Translation, unit) => unit,
-                (AxisKind::Rotation, "kN") => "kN*m",
-                (AxisKind::Rotation, "mN") => "mN*m",
-                (AxisKind::Rotation, _) => "lbf*in",
-            });
+        let in_si = |unit: &str| Quantity::Force(kind).factor(unit, true).unwrap_or(1.0);
+        // Which unit the numbers are in, where the study takes them for another one.
+        let of_study = self.columns.force_unit.as_deref().map_or(1.0, in_si);
+        let off = |unit: &str| (ratio * in_si(unit) / of_study).ln().abs();
+        let units = match kind {
+            AxisKind::Translation => FORCES,
+            AxisKind::Rotation => TORQUES,
+        };
+        let unit = units
+            .iter()
+            .copied()
+            .min_by(|a, b| off(a).total_cmp(&off(b)))
+            .filter(|unit| off(unit) < 2.0 * (1.0 / LIMITS.mass).ln().min(0.5));
         let cause = match unit {
             Some(unit) => format!(
                 "probably the force is in {unit}; write force = {{ column = \"{column}\", unit = {unit:?} }}, or correct inertia"

@@ -88,6 +88,8 @@ struct Columns {
     velocity: String,
     acceleration: String,
     force: String,
+    /// The unit that the study states for the force.
+    force_unit: Option<String>,
 }
 
 impl Columns {
@@ -116,6 +118,10 @@ impl Columns {
                 .map_or(String::new(), |v| list(&v.get_ref().0)),
             acceleration: one(&axis.acceleration).unwrap_or_default(),
             force: list(axis.force.get_ref().columns()),
+            force_unit: match axis.force.get_ref().columns() {
+                [only] => only.unit.clone(),
+                _ => None,
+            },
         }
     }
 }

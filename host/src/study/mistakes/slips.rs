@@ -131,11 +131,7 @@ pub(super) const TURNING_SLIPS: &[Slip] = &[
     },
 ];
 
-/// What a force that is off by a factor may be in, seen mass over stated mass; the force's unit
-/// then.
-pub(super) const FORCE_SLIPS: &[(f64, &str)] = &[
-    (1e-3, "kN"),
-    (1e3, "mN"),
-    (1.0 / 4.448_221_6, "lbf"),
-    (1.0 / 9.806_65, "kgf"),
-];
+/// Units in which a force may be logged, where the mass that it shows is wrong by a factor.
+pub(super) const FORCES: &[&str] = &["N", "kN", "mN", "lbf", "kgf"];
+/// The same of a torque.
+pub(super) const TORQUES: &[&str] = &["N*m", "kN*m", "mN*m", "lbf*in", "lbf*ft"];

@@ -56,7 +56,7 @@ function drawTime() {
       residuals,
       [["measured less predicted", model, 1], ["chosen region", colour("highlight"), 2]]));
     note.textContent = record.kept < record.rows
-      ? `${record.kept} of ${record.rows} rows are drawn: the smallest and largest of every stretch.` : "Every row is drawn.";
+      ? `${record.kept} of ${record.rows} rows are drawn: the smallest and largest of every stretch.` : "Every row that the filters leave is drawn.";
     showTime(zoomed);
   };
   follow(["axis", "record", "version", "region"], build);
