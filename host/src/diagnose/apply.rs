@@ -300,8 +300,11 @@ fn add_all(
             "{listed} was found, but the records do not determine the strength of {name}: every 95 % interval holds 0, so it was left out"
         )));
         if let Some((cancelled, _)) = cancels {
+            let mut others = names.clone();
+            others.retain(|name| *name != cancelled);
             left_out = Some(format!(
-                "{listed} was found on the training records but would be cancelled by {cancelled}, so it was left out"
+                "{} was found on the training records but would be cancelled by {cancelled}, so it was left out",
+                others.join(", ")
             ));
             waiting.extend((!last_try).then_some((names, steps)));
         } else if means_nothing.is_some() {

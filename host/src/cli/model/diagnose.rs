@@ -175,7 +175,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     if !diagnosis.ranked.is_empty() {
         console.say(format!(
             "Candidates for what is missing. Probability: that it acts, alone or beside others, so they need not sum to 1. Errors: RMS \
-             error over RMS force of its axis with it alone, on stretches of the training records that it was not fitted to:\n{}{}\n",
+             error over RMS force of its axis with it alone, on stretches of the training records that it was not fitted to:\n{}\n{}\n",
             candidates(diagnosis),
             of_no_effect(diagnosis)
         ))?;
@@ -333,7 +333,7 @@ fn candidates(diagnosis: &Diagnosis) -> Table {
 fn of_no_effect(diagnosis: &Diagnosis) -> String {
     let of = |key: &str| diagnosis.probabilities.get(key).copied().unwrap_or(0.0);
     format!(
-        "Nothing is missing with probability {:.2}, something without a name is with {:.2}.\n",
+        "Nothing is missing with probability {:.2}, something without a name is with {:.2}.",
         of("none"),
         of("unknown")
     )

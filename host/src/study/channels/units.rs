@@ -238,11 +238,34 @@ impl Quantity {
             return Ok(*factor);
         }
         let allowed: Vec<&str> = self.table().iter().map(|(name, _)| *name).collect();
+        let of_other_kind = |(other, kind): &(Self, &str)| {
+            let is_there = other.table().iter().any(|(name, _)| *name == plain);
+            is_there.then(|| format!(", or kind = {kind:?} for the axis"))
+        };
+        let instead = self.other_kind().as_ref().and_then(of_other_kind);
         Err(format!(
-            "unit {unit:?} is not one of {}; use {} with a scale",
+            "unit {unit:?} is not one of {}; use {} with a scale{}",
             self.words(),
-            allowed.join(", ") + ", or V, A or counts"
+            allowed.join(", ") + ", or V, A or counts",
+            instead.unwrap_or_default()
         ))
+    }
+
+    /// What it is on an axis of the other kind, and what study.toml calls that kind.
+    fn other_kind(self) -> Option<(Self, &'static str)> {
+        let other = |kind| match kind {
+            AxisKind::Translation => (AxisKind::Rotation, "rotation"),
+            AxisKind::Rotation => (AxisKind::Translation, "translation"),
+        };
+        let (of, kind): (fn(AxisKind) -> Self, _) = match self {
+            Self::Displacement(kind) => (Self::Displacement, kind),
+            Self::Velocity(kind) => (Self::Velocity, kind),
+            Self::Acceleration(kind) => (Self::Acceleration, kind),
+            Self::Force(kind) => (Self::Force, kind),
+            Self::Time | Self::Input => return None,
+        };
+        let (kind, called) = other(kind);
+        Some((of(kind), called))
     }
 
     fn words(self) -> &'static str {
@@ -368,6 +391,16 @@ fn word(unit: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
     use AxisKind::{Rotation, Translation};
+
+    #[test]
+    fn a_unit_of_the_other_kind_of_axis_is_told_as_such() {
+        let angle = Quantity::Displacement(Translation).factor("deg", false);
+        assert!(angle.unwrap_err().contains("kind = \"rotation\""));
+        let force = Quantity::Force(Rotation).factor("kN", false);
+        assert!(force.unwrap_err().contains("kind = \"translation\""));
+        let neither = Quantity::Force(Rotation).factor("bar", false);
+        assert!(!neither.unwrap_err().contains("kind"));
+    }
 
     #[test]
     fn units_agree_with_hand_conversion() {

@@ -44,7 +44,11 @@ function versionsInOrder() {
 function drawCurve(context, width, height, kind, words) {
   const axis = contents.axes[chosen.axis];
   const curves = axis.residual.map((r) => r.over[kind]);
-  if (!curves.some((c) => c.at.length)) return;
+  if (!curves.some((c) => c.at.length)) {
+    context.fillStyle = colour("muted");
+    context.fillText("too few rows in every bin", 20, height / 2);
+    return;
+  }
   const unit = kind === "since_reversal" ? "s" : axis.units[kind];
   const x = prefixed(unit, peak(...curves.map((c) => c.at)));
   const e = prefixed(axis.units.force, peak(...curves.flatMap((c) => [c.low, c.high])));
