@@ -247,6 +247,10 @@ fn a_wrong_unit_is_put_right_whatever_the_study_says_and_a_copied_record_is_told
             "{wrong}: {told}"
         );
     }
+    // The unit that the study has is no cure.
+    let light = said(&right.replace("inertia = 1.8", "inertia = 0.66"));
+    assert!(light.contains("moves a mass"), "{light}");
+    assert!(!light.contains("the force is in N;"), "{light}");
     fs::copy(bench.join("train_x.csv"), bench.join("valid.csv")).unwrap();
     let told = said(&right);
     assert!(

@@ -138,6 +138,7 @@ impl Axis<'_> {
         let unit = units
             .iter()
             .copied()
+            .filter(|unit| in_si(unit) != of_study)
             .min_by(|a, b| off(a).total_cmp(&off(b)))
             .filter(|unit| off(unit) < 2.0 * (1.0 / LIMITS.mass).ln().min(0.5));
         let cause = match unit {
