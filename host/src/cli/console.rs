@@ -49,6 +49,12 @@ impl Console {
         problems.try_for_each(|problem| self.say(format!("Data: {problem}.")))
     }
 
+    /// Prints what a model warns of, a line each.
+    pub(crate) fn say_warnings(&self, warnings: &[String]) -> Result<()> {
+        let mut warnings = warnings.iter();
+        warnings.try_for_each(|warning| self.say(format!("Warning: {warning}.")))
+    }
+
     /// Prints the mistakes of a first study, before anything is fitted to it.
     pub(crate) fn say_first_checks(&self, study: &Study) -> Result<()> {
         let mut found = mistakes::check(study).into_iter();

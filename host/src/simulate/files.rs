@@ -3,7 +3,6 @@
 
 use super::sensors::COLUMNS;
 use super::simulation::{Simulation, SimulationOptions, simulate};
-use crate::study::AxisKind;
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use std::fmt::Write as _;
@@ -121,10 +120,7 @@ fn study_toml(simulation: &Simulation) -> String {
         study.name, study.sample_rate_hz
     );
     for (i, axis) in study.axes.iter().enumerate() {
-        let kind = match axis.kind {
-            AxisKind::Translation => "translation",
-            AxisKind::Rotation => "rotation",
-        };
+        let kind = axis.kind.name();
         let (near, far) = (COLUMNS[2 * i], COLUMNS[2 * i + 1]);
         let (acceleration, force) = (COLUMNS[4 + 2 * i], COLUMNS[8 + i]);
         // Every simulated axis states its inertia.

@@ -216,6 +216,13 @@ impl Request<'_> {
         self.error(format!("cannot be read ({error}); check it"))
     }
 
+    /// An error about a file that the system does not open.
+    pub(crate) fn unopened(&self, error: &std::io::Error) -> Error {
+        self.error(format!(
+            "cannot be read ({error}); check the path; those in study.toml are relative to it"
+        ))
+    }
+
     /// An error about a row of the file.
     pub(crate) fn error_in(&self, row: &str, what: impl std::fmt::Display) -> Error {
         Error::data(format!("{}, {row}: {what}", self.file))

@@ -57,11 +57,7 @@ impl Request<'_> {
         if long::is_long(self.path) {
             return Err(self.error(long::too_long(self)));
         }
-        input::read(self.path).map_err(|e| {
-            self.error(format!(
-                "cannot be read ({e}); check the path; those in study.toml are relative to it"
-            ))
-        })
+        input::read(self.path).map_err(|e| self.unopened(&e))
     }
 
     /// Reads the columns that the study uses.

@@ -134,8 +134,5 @@ fn say(console: &Console, added: &Added) -> Result<()> {
             "Note: an axis rests in no record, so its noise floor is taken from high frequencies and may be too low.",
         )?;
     }
-    for warning in &added.model.warnings {
-        console.say(format!("Warning: {warning}."))?;
-    }
-    Ok(())
+    console.say_warnings(&added.model.warnings)
 }

@@ -138,9 +138,7 @@ fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
                 names.join(", ")
             ))?;
         }
-        for warning in &applied.model.warnings {
-            console.say(format!("Warning: {warning}."))?;
-        }
+        console.say_warnings(&applied.model.warnings)?;
         console.say(format!("\nModel written to {}.", output.display()))?;
     } else {
         console.say("Nothing was added, so no model was written.")?;

@@ -348,10 +348,7 @@ fn report_model(console: &Console, identified: &Identified) -> Result<()> {
             console.say(text)
         })?;
     }
-    for warning in &model.warnings {
-        console.say(format!("Warning: {warning}."))?;
-    }
-    Ok(())
+    console.say_warnings(&model.warnings)
 }
 
 /// Prints how the coefficients were found, and the equations that are short enough to read.

@@ -238,11 +238,10 @@ impl Quantity {
             return Ok(*factor);
         }
         let allowed: Vec<&str> = self.table().iter().map(|(name, _)| *name).collect();
-        let of_other_kind = |(other, kind): &(Self, &str)| {
-            let is_there = other.table().iter().any(|(name, _)| *name == plain);
-            is_there.then(|| format!(", or kind = {kind:?} for the axis"))
-        };
-        let instead = self.other_kind().as_ref().and_then(of_other_kind);
+        let instead = self
+            .of_other_kind()
+            .filter(|(other, _)| other.table().iter().any(|(name, _)| *name == plain))
+            .map(|(_, kind)| format!(", or kind = {:?} for the axis", kind.name()));
         Err(format!(
             "unit {unit:?} is not one of {}; use {} with a scale{}",
             self.words(),
@@ -251,12 +250,8 @@ impl Quantity {
         ))
     }
 
-    /// What it is on an axis of the other kind, and what study.toml calls that kind.
-    fn other_kind(self) -> Option<(Self, &'static str)> {
-        let other = |kind| match kind {
-            AxisKind::Translation => (AxisKind::Rotation, "rotation"),
-            AxisKind::Rotation => (AxisKind::Translation, "translation"),
-        };
+    /// What it is on an axis of the other kind, with that kind.
+    fn of_other_kind(self) -> Option<(Self, AxisKind)> {
         let (of, kind): (fn(AxisKind) -> Self, _) = match self {
             Self::Displacement(kind) => (Self::Displacement, kind),
             Self::Velocity(kind) => (Self::Velocity, kind),
@@ -264,8 +259,11 @@ impl Quantity {
             Self::Force(kind) => (Self::Force, kind),
             Self::Time | Self::Input => return None,
         };
-        let (kind, called) = other(kind);
-        Some((of(kind), called))
+        let other = match kind {
+            AxisKind::Translation => AxisKind::Rotation,
+            AxisKind::Rotation => AxisKind::Translation,
+        };
+        Some((of(other), other))
     }
 
     fn words(self) -> &'static str {

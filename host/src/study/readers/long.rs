@@ -257,11 +257,7 @@ pub(crate) fn too_long(request: &Request<'_>) -> String {
 }
 
 fn opened(request: &Request<'_>) -> Result<File> {
-    File::open(request.path).map_err(|e| {
-        request.error(format!(
-            "cannot be read ({e}); check the path; those in study.toml are relative to it"
-        ))
-    })
+    File::open(request.path).map_err(|e| request.unopened(&e))
 }
 
 #[cfg(test)]
