@@ -75,6 +75,26 @@ pub struct Applied {
     pub staircase: Staircase,
 }
 
+impl Applied {
+    /// What was named at first and is not in the model, in a sentence without its full stop.
+    pub fn not_kept(&self) -> Option<String> {
+        let held = |found: &&Found| {
+            let mut effects = self.model.effects.iter();
+            effects.any(|e| {
+                e.effect == found.effect && e.axis.as_deref().is_none_or(|axis| axis == found.axis)
+            })
+        };
+        let (_, others): (Vec<Found>, Vec<Found>) =
+            self.first.found.iter().cloned().partition(|f| held(&f));
+        (!others.is_empty()).then(|| {
+            format!(
+                "named at first and not in the model, since beside what was added it is not needed or could not be kept: {}",
+                listed(&others)
+            )
+        })
+    }
+}
+
 /// Diagnoses a model, adds what is found one after the other, and diagnoses again, until nothing is
 /// missing.
 ///

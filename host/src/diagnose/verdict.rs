@@ -26,6 +26,7 @@ use crate::signal::motion::Motion;
 use crate::study::Study;
 use crate::study::quasi_static::effects_in_time;
 use crate::text::error::{Error, Result};
+use crate::text::nearest::suggestion;
 use crate::text::table::hertz;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
@@ -46,10 +47,10 @@ impl Asked {
     pub fn checked(without: Vec<String>, explain: bool) -> Result<Self> {
         for name in &without {
             if Entry::named(name).is_none() {
-                let names: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
+                let known: Vec<&str> = EFFECTS.iter().map(|e| e.about.name).collect();
                 return Err(Error::usage(format!(
-                    "--without {name}: there is no such effect; `jointwatch effects` lists them: {}",
-                    names.join(", ")
+                    "--without {name}: there is no such effect: {}",
+                    suggestion(name, &known)
                 )));
             }
         }

@@ -39,6 +39,7 @@ impl Compare {
         let drawings = self.plots.of_comparison(&study, &model, comparison)?;
         let page = self.report.of_model(&study, &model, beside.as_ref())?;
         working.finish_and_clear();
+        console.say_first_checks(&study)?;
         for note in &study.notes {
             console.say(format!("Note: {note}."))?;
         }

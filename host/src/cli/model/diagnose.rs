@@ -124,19 +124,8 @@ fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
     if added {
         console.say(effects::table(&applied.model.effects).to_string())?;
-        let held = |found: &&Found| {
-            let mut effects = applied.model.effects.iter();
-            effects.any(|e| {
-                e.effect == found.effect && e.axis.as_deref().is_none_or(|axis| axis == found.axis)
-            })
-        };
-        let (_, dropped): (Vec<_>, Vec<_>) = applied.first.found.iter().partition(held);
-        if !dropped.is_empty() {
-            let names: Vec<String> = dropped.into_iter().map(Found::name).collect();
-            console.say(format!(
-                "Named at first and not in the model, since beside what was added it is not needed or could not be kept: {}.",
-                names.join(", ")
-            ))?;
+        if let Some(not_kept) = applied.not_kept() {
+            console.say(format!("Note: {not_kept}."))?;
         }
         console.say_warnings(&applied.model.warnings)?;
         console.say(format!("\nModel written to {}.", output.display()))?;

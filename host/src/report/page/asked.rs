@@ -29,6 +29,8 @@ pub struct Asked<'a> {
     pub judged_on: String,
     /// What is missing, when that was asked; of the model before.
     pub diagnosis: Option<&'a Diagnosis>,
+    /// What the search had to say beside its answer, in sentences without their full stops.
+    pub remarks: Vec<String>,
     /// How the rig moves with the model in place of its joint.
     pub response: Option<&'a Response>,
 }
@@ -50,6 +52,7 @@ impl<'a> Asked<'a> {
                 false => "training records (the study has no others)".into(),
             },
             diagnosis: None,
+            remarks: Vec::new(),
             response: None,
         }
     }
@@ -66,6 +69,7 @@ impl<'a> Asked<'a> {
             floors: Some(diagnosis.noise_floor.clone()),
             judged_on: diagnosis.judged_on.words().into(),
             diagnosis: Some(diagnosis),
+            remarks: diagnosis.notes.clone(),
             ..Self::of_model(command, study, model)
         }
     }
@@ -78,12 +82,16 @@ impl<'a> Asked<'a> {
         applied: &'a Applied,
     ) -> Self {
         let steps = steps::applied(applied);
+        let mut remarks = applied.first.notes.clone();
+        remarks.extend(applied.not_kept());
+        remarks.push(applied.staircase.ended.clone());
         Self {
             before: (steps.len() > 1).then_some(before),
             steps,
             floors: Some(applied.staircase.noise_floor.clone()),
             judged_on: applied.staircase.judged_on.words().into(),
             diagnosis: Some(&applied.first),
+            remarks,
             ..Self::of_model(command, study, &applied.model)
         }
     }

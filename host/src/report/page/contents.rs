@@ -367,4 +367,8 @@ pub struct Handling {
     pub problems: Vec<String>,
     /// What to be wary of.
     pub warnings: Vec<String>,
+    /// Mistakes that the study seems to hold.
+    pub checks: Vec<String>,
+    /// What the search for missing effects had to say beside its answer.
+    pub remarks: Vec<String>,
 }

@@ -65,7 +65,7 @@ pub(super) fn contents(asked: &Asked<'_>) -> Result<Contents> {
             .response
             .map(|r| response::gather(r, study))
             .unwrap_or_default(),
-        handling: handling::gather(study, asked.model),
+        handling: handling::gather(asked),
     })
 }
 

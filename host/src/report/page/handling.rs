@@ -1,11 +1,11 @@
 //! What was done to the data before anything was fitted: channels, filters, corrections, and what
 //! to be wary of.
 
+use super::asked::Asked;
 use super::contents::Handling;
 use crate::assess::data_checks;
 use crate::model::corrections;
-use crate::model::file::ModelFile;
-use crate::study::Study;
+use crate::study::{Study, mistakes};
 use crate::text::table::rounded;
 
 /// The keys of an `[[axis]]` that name channels.
@@ -17,8 +17,9 @@ const CHANNELS: [&str; 5] = [
     "force",
 ];
 
-/// Gathers it from the study, its file and the model.
-pub(super) fn gather(study: &Study, model: &ModelFile) -> Handling {
+/// Gathers it from the study, its file, the model and what the search said.
+pub(super) fn gather(asked: &Asked<'_>) -> Handling {
+    let (study, model) = (asked.study, asked.model);
     let filters = &model.filters;
     let hz = |value: f64| format!("{} Hz", rounded(value));
     let taps = |count: usize| {
@@ -46,6 +47,8 @@ pub(super) fn gather(study: &Study, model: &ModelFile) -> Handling {
         notes: study.notes.clone(),
         problems: data_checks::sentences(data_checks::check(study, filters)),
         warnings: model.warnings.clone(),
+        checks: mistakes::check(study),
+        remarks: asked.remarks.clone(),
     }
 }
 

@@ -2,8 +2,9 @@
 
 function drawHandling() {
   const body = section("data", "What was done to the data");
-  const { channels, filters, reason, corrections, notes, problems, warnings } = contents.handling;
-  const lists = [["The data are at fault or doubtful", problems, "problem"], ["Warnings", warnings, "warning"],
+  const { channels, filters, reason, corrections, notes, problems, warnings, checks, remarks } = contents.handling;
+  const lists = [["The data are at fault or doubtful", problems, "problem"], ["The study may be wrong", checks, "problem"],
+    ["Warnings", warnings, "warning"], ["Said by the search", remarks, ""],
     ["Corrected in the study's data", corrections, ""], ["Said by the reader of the logs", notes, ""]];
   for (const [heading, sentences, kind] of lists) {
     if (!sentences.length) continue;
