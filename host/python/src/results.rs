@@ -112,7 +112,7 @@ impl Added {
 
     /// What `add --plots` draws.
     fn pictures(&self, py: Python<'_>) -> PyResult<Pictures> {
-        let (steps, floors) = steps::added(&self.added.changes, &self.effects.join(", "));
+        let (steps, floors) = steps::added(&self.added, &self.effects.join(", "));
         let draw = || pictures::with_staircase(&self.study, &self.added.model, &steps, &floors);
         followed(py, None, |_| draw()).map(named)
     }

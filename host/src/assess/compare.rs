@@ -28,6 +28,20 @@ pub struct Comparison {
     pub places: Vec<FailingRegion>,
 }
 
+impl Comparison {
+    /// The role of the records that the model is judged by.
+    pub(crate) fn judged_role(&self) -> Role {
+        judged_role(&self.validation)
+    }
+}
+
+fn judged_role(validation: &[AxisError]) -> Role {
+    match validation.is_empty() {
+        true => Role::Train,
+        false => Role::Validate,
+    }
+}
+
 /// Compares a model with every record of a study.
 ///
 /// # Errors
@@ -54,11 +68,7 @@ pub fn compare_motions(study: &Study, model: &ModelFile, motions: &[Motion]) -> 
 fn comparison(study: &Study, model: &ModelFile, evaluated: &Evaluated<'_>) -> Comparison {
     let [verification, validation] =
         [Role::Train, Role::Validate].map(|role| evaluated.pooled(role));
-    let role = if validation.is_empty() {
-        Role::Train
-    } else {
-        Role::Validate
-    };
+    let role = judged_role(&validation);
     Comparison {
         records: evaluated.records(),
         verification,
@@ -194,11 +204,7 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         text.push_str(&format!("{heading}{band}:\n{table}\n\n"));
     }
     if !comparison.places.is_empty() {
-        let role = if comparison.validation.is_empty() {
-            "training"
-        } else {
-            "validation"
-        };
+        let role = comparison.judged_role().words();
         text.push_str(&format!("Where the error on {role} records sits:\n"));
         text.push_str(&places_table(&comparison.places).to_string());
     }

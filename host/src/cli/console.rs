@@ -55,6 +55,12 @@ impl Console {
         warnings.try_for_each(|warning| self.say(format!("Warning: {warning}.")))
     }
 
+    /// Prints what there is to know besides, a line each.
+    pub(crate) fn say_notes(&self, notes: &[String]) -> Result<()> {
+        let mut notes = notes.iter();
+        notes.try_for_each(|note| self.say(format!("Note: {note}.")))
+    }
+
     /// Prints the mistakes of a first study, before anything is fitted to it.
     pub(crate) fn say_first_checks(&self, study: &Study) -> Result<()> {
         let mut found = mistakes::check(study).into_iter();

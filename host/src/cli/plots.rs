@@ -73,7 +73,7 @@ impl Plots {
         added: &Added,
         effects: &[String],
     ) -> Result<Vec<Drawing>> {
-        let (steps, floors) = steps::added(&added.changes, &effects.join(", "));
+        let (steps, floors) = steps::added(added, &effects.join(", "));
         self.with_staircase(study, &added.model, &steps, &floors)
     }
 

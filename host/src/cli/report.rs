@@ -29,7 +29,22 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// The page's file, to be checked before work begins.
+    /// Refuses the page, and the `output` of the command besides, where they could not be written or
+    /// are a record of the study.
+    ///
+    /// # Errors
+    /// As [`Console::check_outputs`].
+    pub(super) fn check(
+        &self,
+        console: &Console,
+        output: Option<&Path>,
+        study: &Study,
+    ) -> Result<()> {
+        let written = output.into_iter().chain(self.outputs());
+        console.check_outputs(&written.collect::<Vec<_>>(), study)
+    }
+
+    /// Its files.
     pub(super) fn outputs(&self) -> impl Iterator<Item = &Path> {
         let files = [self.file.as_deref(), self.contents.as_deref()];
         files.into_iter().flatten()

@@ -10,15 +10,13 @@ use crate::assess::where_it_fails::FailingRegion;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{FittedEffect, assemble, solved_at};
 use crate::model::effects::AxisEffect;
-use crate::model::file::JudgedOn;
+use crate::model::file::{JudgedOn, PerAxis};
+use crate::model::{ModelEffect, ParameterValue};
 use crate::study::{Study, quasi_static};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-/// A figure per axis.
-pub type PerAxis = BTreeMap<String, f64>;
 
 /// What a diagnosis comes to, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -50,20 +48,6 @@ impl Found {
     }
 }
 
-/// One parameter of a candidate.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CandidateParameter {
-    /// The parameter's name, as the effect lists it.
-    pub name: String,
-    /// Its value, in `unit`.
-    pub value: f64,
-    /// The SI unit; – for a number without one.
-    pub unit: String,
-    /// The interval that covers the true value in 95 of 100 such experiments; none when the
-    /// records do not say.
-    pub interval: Option<[f64; 2]>,
-}
-
 /// A candidate for the first missing effect.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Ranked {
@@ -86,9 +70,20 @@ pub struct Ranked {
     /// 95 % interval of error_before/error_after.
     pub error_drop_interval: [f64; 2],
     /// Its parameters beside the model.
-    pub parameters: Vec<CandidateParameter>,
+    pub parameters: Vec<ParameterValue>,
     /// The experiment that tells it from its look-alikes.
     pub separating_experiment: String,
+}
+
+impl Ranked {
+    /// The candidate as a model would hold it.
+    pub fn as_a_term(&self) -> ModelEffect {
+        ModelEffect {
+            effect: self.effect.clone(),
+            axis: (self.axis != "both").then(|| self.axis.clone()),
+            parameters: self.parameters.clone(),
+        }
+    }
 }
 
 /// How much of a missing effect a polynomial or a network makes up for without naming it.
@@ -257,7 +252,7 @@ fn ranked(
     decision: &Decision,
     looked: &LookedAt,
     equivalent: &[String],
-    parameters: Vec<CandidateParameter>,
+    parameters: Vec<ParameterValue>,
     study: &Study,
 ) -> Ranked {
     let bound = looked.hypothesis.added()[0];
@@ -295,7 +290,7 @@ fn parameters(
     values: &[f64],
     intervals: &[Option<[f64; 2]>],
     study: &Study,
-) -> Vec<CandidateParameter> {
+) -> Vec<ParameterValue> {
     let kind = |axis: usize| {
         let axis = study.axes.get(axis).or(study.axes.first());
         axis.map_or(jointwatch_shared::base::axis::AxisKind::Translation, |a| {
@@ -306,7 +301,7 @@ fn parameters(
     let says_something =
         |name: &str| !(study.quasi_static && quasi_static::is_without_meaning(name));
     let listed = listed.filter(|(_, (parameter, _))| says_something(parameter.name));
-    let parameters = listed.map(|(index, (parameter, value))| CandidateParameter {
+    let parameters = listed.map(|(index, (parameter, value))| ParameterValue {
         name: parameter.name.into(),
         value: *value,
         unit: bound.unit(parameter, kind(bound.axis), kind(1 - bound.axis)),

@@ -9,7 +9,7 @@ use crate::fit::identify::Prepared;
 use crate::model::ModelEffect;
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
-use crate::model::file::{AxisError, Base, JudgedOn, ModelFile};
+use crate::model::file::{Base, JudgedOn, ModelFile, per_axis};
 use crate::study::Study;
 use crate::text::error::Result;
 use jointwatch_shared::base::terms::MAX_TERMS;
@@ -366,11 +366,6 @@ pub fn to_add(found: &Found, study: &Study) -> Vec<String> {
             .collect(),
         (false, false) => vec![found.name()],
     }
-}
-
-fn per_axis(errors: &[AxisError]) -> PerAxis {
-    let pairs = errors.iter();
-    pairs.map(|e| (e.axis.clone(), e.relative_error)).collect()
 }
 
 #[cfg(test)]

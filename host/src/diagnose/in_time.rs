@@ -7,7 +7,7 @@
 //! much better with the force read later still, the search is made once more on such records. It
 //! has to do clearly better there.
 
-use super::answer::{CandidateParameter, Diagnosis, Found, PerAxis, Ranked, Verdict};
+use super::answer::{Diagnosis, Found, Ranked, Verdict};
 use super::criteria::CRITERIA;
 use super::later::{DELAY, delays_of, read_later, shift};
 use super::search::bench::rows_of;
@@ -16,7 +16,8 @@ use crate::fit::effects::columns::{Records, Sample};
 use crate::fit::effects::projection::product;
 use crate::fit::identify::Prepared;
 use crate::fit::least_squares::bounded;
-use crate::model::file::ModelFile;
+use crate::model::ParameterValue;
+use crate::model::file::{ModelFile, PerAxis};
 use crate::signal::motion::{Filters, Motion};
 use crate::study::Study;
 use crate::text::error::Result;
@@ -222,7 +223,7 @@ fn with_delay(mut said: Diagnosis, as_logged: &Diagnosis, axis: &str, delay_s: f
             error_before: before,
             error_after: after,
             error_drop_interval: [before / after; 2],
-            parameters: vec![CandidateParameter {
+            parameters: vec![ParameterValue {
                 name: "delay".into(),
                 value: delay_s,
                 unit: "s".into(),

@@ -19,9 +19,8 @@ mod notes;
 pub(crate) mod search;
 mod verdict;
 
-pub use answer::{
-    Absorbed, CandidateParameter, Diagnosis, Found, Looked, PerAxis, Ranked, Remainder, Verdict,
-};
+pub use crate::model::file::PerAxis;
+pub use answer::{Absorbed, Diagnosis, Found, Looked, Ranked, Remainder, Verdict};
 pub use columns::{Columns, with_columns};
 pub use in_time::{diagnose, diagnose_asked};
 pub use verdict::Asked;

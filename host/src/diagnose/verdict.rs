@@ -3,8 +3,8 @@
 
 use super::absorbed::absorbed;
 use super::answer::{
-    Diagnosis, PerAxis, Verdict, in_words_found, in_words_looked, in_words_probabilities,
-    in_words_ranked, in_words_remainder,
+    Diagnosis, Verdict, in_words_found, in_words_looked, in_words_probabilities, in_words_ranked,
+    in_words_remainder,
 };
 use super::base::base_of;
 use super::criteria::CRITERIA;
@@ -20,7 +20,7 @@ use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::Prepared;
 use crate::model::effects::AxisEffect;
-use crate::model::file::{AxisError, Base, ModelFile};
+use crate::model::file::{AxisError, Base, ModelFile, PerAxis};
 use crate::signal::mixed_acceleration;
 use crate::signal::motion::Motion;
 use crate::study::Study;

@@ -3,9 +3,9 @@
 
 use super::folder::Folder;
 use crate::report::page::thinned;
+use crate::study::Convention;
 use crate::study::draft::{self, Draft, DraftAxis, DraftChannel, Said};
 use crate::study::survey::{Survey, SurveyedColumn};
-use crate::study::{Convention, Role};
 use crate::text::error::Result;
 use serde_json::{Value, json};
 
@@ -65,10 +65,7 @@ fn guess(draft: &Draft) -> Value {
         .records
         .iter()
         .map(|r| {
-            let role = match r.role {
-                Role::Train => "training",
-                Role::Validate => "validation",
-            };
+            let role = r.role.words();
             json!({ "file": r.file, "role": role, "rows": r.rows })
         })
         .collect();

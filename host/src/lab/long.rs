@@ -1,7 +1,6 @@
 //! A study with a log too long to be held in memory: its channels thinned, and told to the pages
 //! while they are read.
 
-use crate::study::Role;
 use crate::study::long::overview::Overview;
 use crate::study::long::study::{Channels, LongStudy};
 use crate::text::error::{Error, Result};
@@ -84,10 +83,7 @@ impl Long {
             })
         };
         let records = self.study.records.iter().map(|r| {
-            let role = match r.role {
-                Role::Train => "training",
-                Role::Validate => "validation",
-            };
+            let role = r.role.words();
             json!({ "file": r.file, "role": role, "rows": [r.rows.start, r.rows.end] })
         });
         json!({

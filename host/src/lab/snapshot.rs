@@ -2,8 +2,8 @@
 
 use super::models::{self, Entry};
 use super::state::{Opened, State};
+use crate::study::Study;
 use crate::study::quasi_static::is_rate_independent;
-use crate::study::{Role, Study};
 use jointwatch_shared::effect::{Acts, EFFECTS};
 use serde_json::{Value, json};
 
@@ -89,10 +89,7 @@ pub(super) fn of_study(study: &Study, checks: &[String]) -> Value {
         .records
         .iter()
         .map(|r| {
-            let role = match r.role {
-                Role::Train => "training",
-                Role::Validate => "validation",
-            };
+            let role = r.role.words();
             let seconds = timed.then(|| r.rows as f64 / study.sample_rate_hz);
             json!({ "file": r.file, "role": role, "rows": r.rows, "seconds": seconds })
         })

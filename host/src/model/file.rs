@@ -15,6 +15,7 @@ use crate::text::printable;
 use jointwatch_shared::base::followed::Follows;
 use jointwatch_shared::base::terms::EffectValues;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -112,6 +113,15 @@ pub struct AxisError {
     pub nmse_percent: f64,
     /// RMS(r−r̂)/RMS(r) in the common band.
     pub relative_error: f64,
+}
+
+/// A figure per axis, by its name.
+pub type PerAxis = BTreeMap<String, f64>;
+
+/// The relative error of each axis.
+pub(crate) fn per_axis(errors: &[AxisError]) -> PerAxis {
+    let pairs = errors.iter();
+    pairs.map(|e| (e.axis.clone(), e.relative_error)).collect()
 }
 
 /// How the coefficients of one axis were found.

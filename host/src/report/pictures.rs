@@ -13,7 +13,7 @@ use crate::assess::where_it_fails::{Extent, FailingRegion};
 use crate::diagnose::PerAxis;
 use crate::model::file::ModelFile;
 use crate::signal::motion;
-use crate::study::{Role, Study};
+use crate::study::Study;
 use crate::text::error::Result;
 use std::collections::HashSet;
 
@@ -29,11 +29,7 @@ use std::collections::HashSet;
 pub fn of_model(study: &Study, model: &ModelFile, comparison: &Comparison) -> Result<Vec<Drawing>> {
     let corrected = model.corrected(study)?;
     let motions = motion::motions(&corrected, &model.filters)?;
-    let judged = if comparison.validation.is_empty() {
-        Role::Train
-    } else {
-        Role::Validate
-    };
+    let judged = comparison.judged_role();
     let mut taken = HashSet::new();
     let mut drawings = Vec::new();
     let mut judged_courses: Vec<Vec<AxisHistory>> = vec![Vec::new(); model.axes.len()];

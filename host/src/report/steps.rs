@@ -1,10 +1,10 @@
 //! The steps of a staircase of errors, from what found or added effects.
 
 use super::Step;
-use crate::diagnose::add::Change;
+use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, Found, PerAxis};
-use crate::study::Role;
+use crate::model::file::{AxisError, per_axis};
 
 /// Before, and after each addition.
 pub fn applied(all: &Applied) -> Vec<Step> {
@@ -32,29 +32,16 @@ pub fn found(diagnosis: &Diagnosis) -> Vec<Step> {
     steps
 }
 
-/// Before and after on the records that the model has not seen (on all, where it has seen all),
-/// several records as the root of their mean square.
-pub fn added(changes: &[Change], label: &str) -> (Vec<Step>, PerAxis) {
-    let awake = || changes.iter().filter(|c| !c.at_rest);
-    let held_out = awake().any(|c| c.role == Role::Validate);
-    let judged = || awake().filter(move |c| !held_out || c.role == Role::Validate);
-    let over_records = |figure: fn(&Change) -> f64| -> PerAxis {
-        judged()
-            .map(|change| {
-                let mine = judged().filter(|c| c.axis == change.axis);
-                let squares: Vec<f64> = mine.map(|c| figure(c).powi(2)).collect();
-                let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-                (change.axis.clone(), mean.sqrt())
-            })
-            .collect()
-    };
-    let step = |label: &str, errors| Step {
+/// Before and after an addition, and the noise floor of each axis, on the rows that `add` judges by.
+pub fn added(added: &Added, label: &str) -> (Vec<Step>, PerAxis) {
+    let step = |label: &str, errors: &[AxisError]| Step {
         label: label.into(),
-        errors,
+        errors: per_axis(errors),
     };
     let steps = vec![
-        step("before", over_records(|c| c.before)),
-        step(label, over_records(|c| c.after)),
+        step("before", &added.errors.before),
+        step(label, &added.errors.after),
     ];
-    (steps, over_records(|c| c.noise_floor))
+    let floors = added.errors.after.iter().zip(&added.noise_floor);
+    (steps, floors.map(|(e, f)| (e.axis.clone(), *f)).collect())
 }

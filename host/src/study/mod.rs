@@ -50,6 +50,16 @@ pub enum Role {
     Validate,
 }
 
+impl Role {
+    /// What its records are called.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Train => "training",
+            Self::Validate => "validation",
+        }
+    }
+}
+
 /// Which way round the equation of motion gives the restoring force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]

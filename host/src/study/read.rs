@@ -266,13 +266,9 @@ fn requests<'a>(
 ) -> Vec<Request<'a>> {
     let entries = said.record.iter().zip(paths);
     let request = |(entry, path): (&'a RecordEntry, &'a PathBuf)| Request {
-        file: entry.file.get_ref(),
-        path,
-        wanted: Some(&plan.wanted),
-        rows: entry.rows.as_ref().map(|r| *r.get_ref()),
-        columns: entry.columns.as_deref(),
         memory: memory.and_then(|logs| logs.iter().find(|log| log.name == *entry.file.get_ref())),
         sparse: plan.resample_hz.is_some(),
+        ..entry.request(path, Some(&plan.wanted))
     };
     entries.map(request).collect()
 }

@@ -1,6 +1,7 @@
 //! The day on which something was done, for a model's history.
 
 use crate::text::error::{Error, Result};
+use jiff::Timestamp;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The variable that fixes the day, so that the same run gives the same bytes: seconds since 1970
@@ -45,30 +46,8 @@ const MAX_SECONDS: u64 = 253_402_300_800;
 
 /// The day of a moment, s since 1970, in the Gregorian calendar.
 fn day(seconds: u64) -> String {
-    let leap = |year: u64| {
-        year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400))
-    };
-    let mut days = seconds / 86_400;
-    let mut year = 1970;
-    loop {
-        let length = 365 + u64::from(leap(year));
-        if days < length {
-            break;
-        }
-        days -= length;
-        year += 1;
-    }
-    let february = 28 + u64::from(leap(year));
-    let months = [31, february, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
-    let mut month = 1;
-    for length in months {
-        if days < length {
-            break;
-        }
-        days -= length;
-        month += 1;
-    }
-    format!("{year:04}-{month:02}-{:02}", days + 1)
+    let moment = Timestamp::from_second(seconds as i64).unwrap_or(Timestamp::MAX);
+    moment.strftime("%F").to_string()
 }
 
 #[cfg(test)]

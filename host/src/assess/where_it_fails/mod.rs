@@ -44,7 +44,7 @@ pub enum Extent {
 }
 
 /// A state, or its magnitude, lies between two values.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Condition {
     /// Which state: 0 and 1 for displacement and velocity of the first axis, 2 and 3 for those of
     /// the second.

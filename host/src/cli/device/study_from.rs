@@ -49,9 +49,7 @@ impl StudyFrom {
             ]);
         }
         console.say(table.to_string())?;
-        for note in &written.notes {
-            console.say(format!("Note: {note}."))?;
-        }
+        console.say_notes(&written.notes)?;
         let study = self.output.join("study.toml");
         console.say(format!(
             "The study is in {} ({} Hz).\nNext: jointwatch changed MODEL.json {0}, or jointwatch identify {0} --model physical",

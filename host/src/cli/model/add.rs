@@ -40,11 +40,7 @@ impl Add {
         let model = ModelFile::read(&self.model)?;
         let study = model.read_study(&self.study, &self.effects)?;
         let output = self.output.unwrap_or_else(|| output_beside(&self.model));
-        let written: Vec<&Path> = [output.as_path()]
-            .into_iter()
-            .chain(self.report.outputs())
-            .collect();
-        console.check_outputs(&written, &study)?;
+        self.report.check(console, Some(&output), &study)?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
         let drawings = self.plots.of_added(&study, &added, &self.effects)?;

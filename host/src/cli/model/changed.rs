@@ -7,7 +7,7 @@ use crate::model::file::{AxisError, ModelFile};
 use crate::text::error::Result;
 use crate::text::table::{Table, percent, value_with_unit};
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Options of `jointwatch changed`.
 #[derive(Args)]
@@ -30,8 +30,7 @@ impl Change {
         let old = ModelFile::read(&self.old)?;
         let new = self.new.as_deref().map(ModelFile::read).transpose()?;
         let study = new.as_ref().unwrap_or(&old).read_study(&self.study, &[])?;
-        let written: Vec<&Path> = self.report.outputs().collect();
-        console.check_outputs(&written, &study)?;
+        self.report.check(console, None, &study)?;
         working.set_message("comparing then and now");
         let (changed, now) = changed::changed(&study, &old, new.as_ref())?;
         let page = self.report.of_change(&old, &changed, &now)?;
@@ -48,9 +47,7 @@ impl Change {
             ))?;
         }
         console.say(in_words(&changed))?;
-        for note in &changed.notes {
-            console.say(format!("Note: {note}."))?;
-        }
+        console.say_notes(&changed.notes)?;
         console.say(changed.in_a_sentence())?;
         self.report.write(console, page)?;
         console.json(&changed)

@@ -8,7 +8,7 @@ use crate::cli::report::Report;
 use crate::model::file::ModelFile;
 use crate::text::error::Result;
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Options of `jointwatch compare`.
 #[derive(Args)]
@@ -32,17 +32,14 @@ impl Compare {
         let model = ModelFile::read(&self.model)?;
         let beside = self.beside.as_deref().map(ModelFile::read).transpose()?;
         let study = model.read_study(&self.study, &[])?;
-        let written: Vec<&Path> = self.report.outputs().collect();
-        console.check_outputs(&written, &study)?;
+        self.report.check(console, None, &study)?;
         let found = compared(&study, &model)?;
         let comparison = &found.comparison;
         let drawings = self.plots.of_comparison(&study, &model, comparison)?;
         let page = self.report.of_model(&study, &model, beside.as_ref())?;
         working.finish_and_clear();
         console.say_first_checks(&study)?;
-        for note in &study.notes {
-            console.say(format!("Note: {note}."))?;
-        }
+        console.say_notes(&study.notes)?;
         console.say_data_problems(&found.data_problems)?;
         if found.serious {
             console.say("The data are at fault: the errors below say little of the model before they are put right.")?;

@@ -9,7 +9,7 @@ use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Asked, Columns, Diagnosis, Found, Ranked, Verdict};
 use crate::model::file::ModelFile;
-use crate::model::{ModelEffect, ParameterValue, corrections, effects};
+use crate::model::{corrections, effects};
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
@@ -55,11 +55,7 @@ impl Diagnose {
             .output
             .unwrap_or_else(|| super::add::output_beside(&self.model));
         let model_written = self.apply.then_some(output.as_path());
-        let written: Vec<&Path> = model_written
-            .into_iter()
-            .chain(self.report.outputs())
-            .collect();
-        console.check_outputs(&written, &study)?;
+        self.report.check(console, model_written, &study)?;
         working.set_message("searching for missing effects");
         let asked = Asked::checked(self.without, self.explain)?;
         if self.apply {
@@ -210,9 +206,7 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
             }
         }
     }
-    for note in &diagnosis.notes {
-        console.say(format!("Note: {note}."))?;
-    }
+    console.say_notes(&diagnosis.notes)?;
     Ok(())
 }
 
@@ -232,7 +226,7 @@ fn told(diagnosis: &Diagnosis, found: &[String]) -> String {
         let mut ranked = diagnosis.ranked.iter();
         let ranked = ranked.find(|r| r.effect == fault.effect && r.axis == fault.axis);
         let words = ranked
-            .map(as_a_term)
+            .map(Ranked::as_a_term)
             .map(|term| corrections::in_words(&[term]));
         match words.as_deref() {
             Some([words, ..]) => sentences.push(format!("Instrument: {words} ({name}).")),
@@ -240,23 +234,6 @@ fn told(diagnosis: &Diagnosis, found: &[String]) -> String {
         }
     }
     sentences.join(" ")
-}
-
-/// A candidate as a model would hold it.
-fn as_a_term(candidate: &Ranked) -> ModelEffect {
-    let parameters = candidate.parameters.iter();
-    ModelEffect {
-        effect: candidate.effect.clone(),
-        axis: Some(candidate.axis.clone()),
-        parameters: parameters
-            .map(|p| ParameterValue {
-                name: p.name.clone(),
-                value: p.value,
-                unit: p.unit.clone(),
-                interval: None,
-            })
-            .collect(),
-    }
 }
 
 /// What is left beside what was found, in a sentence.

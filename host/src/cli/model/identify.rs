@@ -131,11 +131,7 @@ impl Identify {
         };
         let working = console.working("reading the records");
         let study = Study::read(study)?;
-        let written: Vec<&Path> = [self.output.as_path()]
-            .into_iter()
-            .chain(self.page.outputs())
-            .collect();
-        console.check_outputs(&written, &study)?;
+        self.page.check(console, Some(&self.output), &study)?;
         let identified = match self.model {
             Kind::Polynomial => self.fit_polynomial(&study, &working)?,
             Kind::Network => self.network.train(&study, self.input.clone(), &working)?,
@@ -263,9 +259,7 @@ impl Identify {
 fn say_refinement(console: &Console, refinement: &Refinement, study: &Study) -> Result<()> {
     console.say(format!("\n{}", refine::in_words(refinement, study)))?;
     if !refinement.kept {
-        for note in &refinement.notes {
-            console.say(format!("Note: {note}."))?;
-        }
+        console.say_notes(&refinement.notes)?;
     }
     Ok(())
 }
@@ -301,9 +295,7 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
         },
         sentence(&model.filters.reason)
     ))?;
-    for note in &study.notes {
-        console.say(format!("Note: {note}."))?;
-    }
+    console.say_notes(&study.notes)?;
     report_model(console, identified)
 }
 

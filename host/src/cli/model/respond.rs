@@ -7,7 +7,7 @@ use crate::simulate::respond::{self, Options};
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Options of `jointwatch respond`.
 #[derive(Args)]
@@ -39,13 +39,8 @@ impl Respond {
         let working = console.working("simulating the response");
         let model = ModelFile::read(&self.model)?;
         let logged = model.read_study(&self.study, &[])?;
-        let written: Vec<&Path> = self
-            .output
-            .as_deref()
-            .into_iter()
-            .chain(self.report.outputs())
-            .collect();
-        console.check_outputs(&written, &logged)?;
+        self.report
+            .check(console, self.output.as_deref(), &logged)?;
         let study = model.corrected(&logged)?.into_owned();
         let options = Options {
             record: self.record,
@@ -64,9 +59,7 @@ impl Respond {
             };
             output::write_whole(path, respond::as_csv(only, &study).as_bytes())?;
         }
-        for note in &study.notes {
-            console.say(format!("Note: {note}."))?;
-        }
+        console.say_notes(&study.notes)?;
         console.say(respond::in_words(
             &response,
             &study,

@@ -153,9 +153,7 @@ impl Init {
             "\n{} written; what was guessed is marked in it.",
             self.output.display()
         ))?;
-        for note in &study.notes {
-            console.say(format!("Note: {note}."))?;
-        }
+        console.say_notes(&study.notes)?;
         let found = mistakes::check(study);
         for sentence in &found {
             console.say(format!("Check: {sentence}."))?;

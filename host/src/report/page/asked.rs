@@ -3,7 +3,7 @@
 use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
 use crate::diagnose::{Diagnosis, PerAxis};
-use crate::model::file::{AxisError, JudgedOn, ModelFile};
+use crate::model::file::{JudgedOn, ModelFile};
 use crate::report::staircase::Step;
 use crate::report::steps;
 use crate::simulate::respond::Response;
@@ -103,22 +103,11 @@ impl<'a> Asked<'a> {
         before: &'a ModelFile,
         (added, effects): (&'a Added, &[String]),
     ) -> Self {
-        let errors = |errors: &[AxisError]| -> PerAxis {
-            let errors = errors.iter();
-            errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
-        };
-        let step = |label: &str, of: &[AxisError]| Step {
-            label: label.into(),
-            errors: errors(of),
-        };
-        let floors = added.errors.after.iter().zip(&added.noise_floor);
+        let (steps, floors) = steps::added(added, &effects.join(", "));
         Self {
             before: Some(before),
-            steps: vec![
-                step("before", &added.errors.before),
-                step(&effects.join(", "), &added.errors.after),
-            ],
-            floors: Some(floors.map(|(e, f)| (e.axis.clone(), *f)).collect()),
+            steps,
+            floors: Some(floors),
             judged_on: added.errors.judged_on.words().into(),
             ..Self::of_model(command, study, &added.model)
         }

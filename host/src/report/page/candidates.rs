@@ -2,13 +2,13 @@
 //! the model fails.
 
 use super::asked::Asked;
-use super::contents::{Candidate, Packed, Value};
+use super::contents::{Candidate, Packed};
 use super::samples;
 use super::version::Version;
+use super::words;
 use crate::diagnose::Ranked;
 use crate::model::effects::is_correction;
 use crate::model::time_history::{TimeHistory, add_forces};
-use crate::model::{ModelEffect, ParameterValue};
 use crate::report::axis_history;
 use crate::signal::motion::{self, Motion, low_pass};
 use crate::text::error::Result;
@@ -106,21 +106,7 @@ fn in_words(ranked: &Ranked, found: bool, axes: &[&str]) -> Candidate {
         interval: [ranked.error_after / spread, ranked.error_after * spread],
         equivalent: ranked.equivalent.clone(),
         experiment: ranked.separating_experiment.clone(),
-        values: ranked
-            .parameters
-            .iter()
-            .enumerate()
-            .map(|(at, p)| {
-                let known = about.and_then(|a| a.parameters.get(at));
-                Value {
-                    symbol: known.map_or(p.name.as_str(), |k| k.symbol).into(),
-                    meaning: known.map_or(p.name.as_str(), |k| k.meaning).into(),
-                    value: p.value,
-                    unit: p.unit.clone(),
-                    interval: None,
-                }
-            })
-            .collect(),
+        values: words::values(about.as_ref(), &ranked.parameters),
     }
 }
 
@@ -137,18 +123,7 @@ fn force(
     if is_correction(&ranked.effect) {
         return None;
     }
-    let parameters = ranked.parameters.iter().map(|p| ParameterValue {
-        name: p.name.clone(),
-        value: p.value,
-        unit: p.unit.clone(),
-        interval: None,
-    });
-    let term = ModelEffect {
-        effect: ranked.effect.clone(),
-        axis: Some(ranked.axis.clone()),
-        parameters: parameters.collect(),
-    };
-    let law = term.in_si(&version.model.axes).ok()?;
+    let law = ranked.as_a_term().in_si(&version.model.axes).ok()?;
     let states: Vec<&[f64]> = motion.states.iter().map(Vec::as_slice).collect();
     let mut forces = vec![vec![0.0; motion.rows()]; axes.len()];
     let along = TimeHistory::of_states(&states, 1.0 / motion.sample_rate_hz);

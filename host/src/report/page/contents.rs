@@ -1,6 +1,7 @@
 //! What the report's page is given: the record as samples, the statistics of all rows, and words.
 //! The page's scripts draw it.
 
+use crate::assess::where_it_fails::Condition;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -303,26 +304,13 @@ pub struct Region {
     pub share_of_rows: f64,
     /// Conditions that all hold there.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub conditions: Vec<StateCondition>,
+    pub conditions: Vec<Condition>,
     /// The record and the seconds from and to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stretch: Option<(usize, f64, f64)>,
     /// Lower and upper end of the band, Hz; `None` where it is no band.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band_hz: Option<[f64; 2]>,
-}
-
-/// A state, or its magnitude, lies between two values.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct StateCondition {
-    /// 0 and 1: displacement and velocity of the first axis; 2 and 3: of the second.
-    pub state: usize,
-    /// Whether it is about the magnitude.
-    pub magnitude: bool,
-    /// Lower end of the state's range; `None` where it is open.
-    pub above: Option<f64>,
-    /// Upper end of the state's range; `None` where it is open.
-    pub below: Option<f64>,
 }
 
 /// A candidate for what is missing.

@@ -3,7 +3,7 @@
 use super::asked::Asked;
 use super::contents::{
     AxisContents, Contents, RecordContents, Region, ResidualContents, SampleAxis, SampleVersion,
-    Stair, StateCondition, TimedResidual, Units,
+    Stair, TimedResidual, Units,
 };
 use super::version::{Version, align};
 use super::{candidates, correlation, handling, plane, response, samples, words};
@@ -259,15 +259,7 @@ fn regions(study: &Study, versions: &[Version<'_>]) -> Vec<Region> {
         match &place.extent {
             Extent::Everywhere => return None,
             Extent::States(conditions) => {
-                region.conditions = conditions
-                    .iter()
-                    .map(|c| StateCondition {
-                        state: c.state,
-                        magnitude: c.magnitude,
-                        above: c.above,
-                        below: c.below,
-                    })
-                    .collect();
+                region.conditions.clone_from(conditions);
             }
             Extent::Time { file, from_s, to_s } => {
                 // A log that was split at gaps is several records of one name.

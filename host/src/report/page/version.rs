@@ -3,6 +3,7 @@
 use crate::assess::compare::{self, Comparison};
 use crate::diagnose::PerAxis;
 use crate::model::file::ModelFile;
+use crate::model::file::per_axis;
 use crate::report::axis_history::{AxisHistory, histories};
 use crate::signal::motion;
 use crate::study::{Role, Study};
@@ -42,20 +43,15 @@ impl<'a> Version<'a> {
 
     /// The role of the records that errors are judged on.
     pub(super) fn judged(&self) -> Role {
-        match self.comparison.validation.is_empty() {
-            true => Role::Train,
-            false => Role::Validate,
-        }
+        self.comparison.judged_role()
     }
 
     /// Per axis the relative error on those records.
     pub(super) fn errors(&self) -> PerAxis {
-        let errors = match self.judged() {
+        per_axis(match self.judged() {
             Role::Train => &self.comparison.verification,
             Role::Validate => &self.comparison.validation,
-        };
-        let errors = errors.iter();
-        errors.map(|e| (e.axis.clone(), e.relative_error)).collect()
+        })
     }
 
     /// The judged records of an axis in which it moves.

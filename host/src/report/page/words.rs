@@ -7,14 +7,15 @@ use crate::assess::where_it_fails::Extent;
 use crate::diagnose::apply::WITHOUT;
 use crate::diagnose::{Diagnosis, Found, PerAxis, Verdict};
 use crate::fit::identify;
-use crate::model::ModelEffect;
 use crate::model::corrections::missing_inertia;
 use crate::model::effects::is_correction;
 use crate::model::file::{Base, ModelFile};
+use crate::model::{ModelEffect, ParameterValue};
 use crate::report::staircase::Step;
 use crate::simulate::respond::Response;
 use crate::text::table::rounded;
 use jointwatch_shared::effect::Entry;
+use jointwatch_shared::effect::about::About;
 
 /// A change of an error is told from this part of it on.
 const TOLD: f64 = 0.05;
@@ -237,9 +238,9 @@ pub(super) fn model(model: &ModelFile, axis: usize) -> ModelWords {
     }
 }
 
-fn term(term: &ModelEffect) -> Term {
-    let about = Entry::named(term.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
-    let value = |(at, p): (usize, &crate::model::ParameterValue)| {
+/// Values of an effect, with the symbols and meanings that it gives them.
+pub(super) fn values(about: Option<&About>, parameters: &[ParameterValue]) -> Vec<Value> {
+    let value = |(at, p): (usize, &ParameterValue)| {
         let known = about.and_then(|a| a.parameters.get(at));
         Value {
             symbol: known.map_or(p.name.as_str(), |k| k.symbol).into(),
@@ -249,10 +250,15 @@ fn term(term: &ModelEffect) -> Term {
             interval: p.interval,
         }
     };
+    parameters.iter().enumerate().map(value).collect()
+}
+
+fn term(term: &ModelEffect) -> Term {
+    let about = Entry::named(term.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
     Term {
         name: term.name(),
         title: about.map_or("", |a| a.title).into(),
         law: about.map_or("", |a| a.equation).into(),
-        values: term.parameters.iter().enumerate().map(value).collect(),
+        values: values(about.as_ref(), &term.parameters),
     }
 }

@@ -3,7 +3,6 @@
 
 use super::naming::split_unit;
 use crate::study::description::{Description, InputEntry, RecordEntry, Source};
-use crate::study::log::Request;
 use crate::study::long::records::thin;
 use crate::study::plan::plan;
 use crate::study::read::{Logged, description_text};
@@ -142,15 +141,7 @@ struct Numbers {
 /// The columns of a record's log that hold a number in every row.
 fn numbers(folder: &Path, entry: &RecordEntry, long: &[Arc<LongLog>]) -> Result<Vec<Numbers>> {
     let path = folder.join(entry.file.get_ref());
-    let request = Request {
-        file: entry.file.get_ref(),
-        path: &path,
-        wanted: None,
-        rows: entry.rows.as_ref().map(|r| *r.get_ref()),
-        columns: entry.columns.as_deref(),
-        memory: None,
-        sparse: false,
-    };
+    let request = entry.request(&path, None);
     let long = long.iter().find(|log| log.is_at(&path));
     let table = request.table_of(long.map(Arc::as_ref))?;
     let mut numbers = Vec::new();

@@ -3,6 +3,7 @@
 
 pub(crate) mod written;
 
+use super::log::{Request, Wanted};
 use super::{AxisKind, Controller, Convention, Role};
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
@@ -96,6 +97,26 @@ pub(crate) struct RecordEntry {
     pub(crate) rows: Option<Spanned<[usize; 2]>>,
     /// Names of the columns of a file that has no heading.
     pub(crate) columns: Option<Vec<String>>,
+}
+
+impl RecordEntry {
+    /// What is asked of the record's log at `path`: the columns that are `wanted`, all of them for
+    /// `None`.
+    pub(crate) fn request<'a>(
+        &'a self,
+        path: &'a Path,
+        wanted: Option<&'a [Wanted]>,
+    ) -> Request<'a> {
+        Request {
+            file: self.file.get_ref(),
+            path,
+            wanted,
+            rows: self.rows.as_ref().map(|rows| *rows.get_ref()),
+            columns: self.columns.as_deref(),
+            memory: None,
+            sparse: false,
+        }
+    }
 }
 
 /// One `[[clock]]`: a second logger of a run.

@@ -49,13 +49,8 @@ pub(crate) fn thin(said: &mut Description, plan: &Plan, folder: &Path) -> Result
     for entry in &said.record {
         let path = folder.join(entry.file.get_ref());
         let request = Request {
-            file: entry.file.get_ref(),
-            path: &path,
-            wanted: Some(&plan.wanted),
-            rows: entry.rows.as_ref().map(|rows| *rows.get_ref()),
-            columns: entry.columns.as_deref(),
-            memory: None,
             sparse: plan.resample_hz.is_some(),
+            ..entry.request(&path, Some(&plan.wanted))
         };
         rows.push(match log_of(&request, plan, most, &mut opened)? {
             Some(log) => Some(request.range(log.rows())?),

@@ -146,13 +146,9 @@ impl Channels {
         let file = entry.file.get_ref();
         let path = folder.join(file);
         let request = Request {
-            file,
-            path: &path,
-            wanted: Some(&plan.wanted),
             rows: None,
-            columns: entry.columns.as_deref(),
-            memory: None,
             sparse: plan.resample_hz.is_some(),
+            ..entry.request(&path, Some(&plan.wanted))
         };
         let Some(log) = LongLog::open(&request)? else {
             return Err(request.error(too_long(&request)));
