@@ -27,7 +27,8 @@ pub const JW_FLAG_RAIL: u32 = 1 << 8;
 /// A fault is within the filters: mains hum was subtracted with its last amplitude and phase.
 pub const JW_FLAG_HELD: u32 = 1 << 10;
 
-/// Counts of one axis at one instant; what a rig has not is 0.
+/// Counts of one axis at one instant, with the signs that the rig's wiring gives them; what a rig
+/// has not is 0.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct jw_axis_counts {

@@ -1,7 +1,7 @@
 //! Long work: Python's lock is let go of, Ctrl-C ends it, and whoever wants to hears how far it is.
 
 use crate::errors::raised;
-use jointwatch::text::work::{Said, Watch};
+use jointwatch::text::work::{Progress, Watch};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ pub(crate) fn followed<T: Send>(
             let _ = send.send(done.and_then(Option::transpose));
         });
         let mut raised_here = None;
-        let mut told = Said::default();
+        let mut told = Progress::default();
         loop {
             let answer;
             (receive, answer) = py.allow_threads(move || {
@@ -64,7 +64,7 @@ pub(crate) fn followed<T: Send>(
 }
 
 /// Tells what is new.
-fn tell(progress: Option<&Bound<'_, PyAny>>, watch: &Watch, told: &mut Said) -> PyResult<()> {
+fn tell(progress: Option<&Bound<'_, PyAny>>, watch: &Watch, told: &mut Progress) -> PyResult<()> {
     let Some(progress) = progress else {
         return Ok(());
     };

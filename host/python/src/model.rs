@@ -5,7 +5,7 @@ use crate::follow::followed;
 use crate::results::{Added, Comparison, Diagnosis, Response};
 use crate::study::Study;
 use jointwatch::assess::compared::compared;
-use jointwatch::diagnose::{Asked, diagnose_asked};
+use jointwatch::diagnose::{SearchOptions, diagnose_with};
 use jointwatch::report::histories;
 use jointwatch::signal::motion;
 use jointwatch::simulate::respond::{self, Options};
@@ -126,7 +126,11 @@ impl Model {
     ) -> PyResult<Diagnosis> {
         let found = followed(py, progress, |watch| {
             watch.say("searching for missing effects", None);
-            diagnose_asked(&study.0, &self.0, &Asked::checked(asked.0, asked.1)?)
+            diagnose_with(
+                &study.0,
+                &self.0,
+                &SearchOptions::checked(asked.0, asked.1)?,
+            )
         })?;
         Ok(Diagnosis {
             study: Arc::clone(&study.0),

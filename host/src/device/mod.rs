@@ -2,6 +2,7 @@
 //! replay, telemetry, keys, upload.
 
 pub mod capture;
+pub(crate) mod chip_rates;
 pub mod export;
 pub mod followed;
 mod line;

@@ -14,6 +14,7 @@ use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::base::corrections::ForceCorrection;
 use jointwatch_shared::chain::{Chain, ChainState, Output, RawAxis, RawSample};
+use jointwatch_shared::monitor::Faults;
 use jointwatch_shared::selftest::Digest;
 use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::rig::{Rig, RigAxis};
@@ -100,6 +101,17 @@ fn raw_axis(channels: &Channels, axis: &RigAxis, row: usize) -> RawAxis {
         force: count(Some(&channels.force), axis.force_step),
         input: 0,
     }
+}
+
+/// One instant of a record on the device.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampled {
+    /// The counts.
+    pub raw: RawSample,
+    /// What is wrong with the channels.
+    pub faults: Faults,
+    /// What the chain says, once its filters are full.
+    pub output: Option<Output>,
 }
 
 /// A record after the chain.
@@ -197,19 +209,26 @@ impl SetUp {
         &'a self,
         record: &Record,
         model: &'a Model,
-    ) -> impl Iterator<Item = (RawSample, Option<Output>)> + use<'a> {
+    ) -> impl Iterator<Item = Sampled> + use<'a> {
         let mut state = ChainState::default();
         let counts = self.counts(record).into_iter();
-        counts.map(move |raw| (raw, self.chain.step(&mut state, model, &raw)))
+        counts.map(move |(raw, faults)| Sampled {
+            raw,
+            faults,
+            output: self.chain.step(&mut state, model, &raw),
+        })
     }
 
-    /// A record as the sensors would have counted it.
-    pub fn counts(&self, record: &Record) -> Vec<RawSample> {
+    /// A record as the sensors would have counted it, with what was wrong with its channels.
+    pub fn counts(&self, record: &Record) -> Vec<(RawSample, Faults)> {
         match &self.sensors {
             Sensors::Plain {
                 converters,
                 followed,
-            } => raw_counts(record, followed, converters),
+            } => {
+                let counts = raw_counts(record, followed, converters).into_iter();
+                counts.map(|raw| (raw, Faults::default())).collect()
+            }
             Sensors::Wired(wired) => wired.counts(record),
         }
     }
@@ -242,7 +261,10 @@ impl SetUp {
         };
         let record_corrected = corrections.record(record, study.sample_rate_hz);
         let motion = motion::motion(study, 0, &record_corrected, &self.filters)?;
-        let outputs: Vec<Output> = self.samples(record, model).filter_map(|(_, o)| o).collect();
+        let outputs: Vec<Output> = self
+            .samples(record, model)
+            .filter_map(|s| s.output)
+            .collect();
         Ok(summarise(study, &motion, record, model, chain, outputs))
     }
 }

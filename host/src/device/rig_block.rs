@@ -1,7 +1,8 @@
 //! The rig block: what a device is told about its rig, from a `rig.toml` or from a study's own
 //! records, and back in words.
 
-use crate::device::monitor_limits;
+use crate::device::chip_rates;
+use crate::device::monitor_limits::{self, Calibration};
 use crate::device::plain_rig;
 use crate::device::replay::{self, SetUp};
 use crate::device::rig_file;
@@ -98,6 +99,7 @@ fn finished(path: &Path, converters: &Rig, model: &Model) -> Result<Rig> {
     };
     rig.check().map_err(refuse)?;
     Chain::new(model, &rig).map_err(refuse)?;
+    chip_rates::check(&rig)?;
     Ok(rig)
 }
 
@@ -113,7 +115,7 @@ pub fn set_limits(
     model: &Model,
     false_alarm_days: u32,
     drift: f64,
-) -> Result<()> {
+) -> Result<Calibration> {
     let set_up = SetUp::of_block(study, model, block)?;
     let purpose = monitor_limits::Purpose {
         model_checksum: blob::checksum_of(model),
@@ -121,11 +123,12 @@ pub fn set_limits(
         drift,
     };
     let calibration = monitor_limits::limits(study, &set_up, model, purpose)?;
-    block.limits = Some(calibration.limits);
+    block.limits = Some(calibration.limits.clone());
     block.check().map_err(|e| {
         let path = study.path.display();
         Error::data(format!("{path}: the monitor's limits cannot be held ({e})"))
-    })
+    })?;
+    Ok(calibration)
 }
 
 /// The limits by which a device with this block judges a model, or why it does not.

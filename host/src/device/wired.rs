@@ -2,16 +2,17 @@
 //! chain back to the chips.
 //!
 //! Where the wiring puts two quantities onto one chip, a log has to hold the same of both. What a
-//! converter cannot reach stands at its rail, as on the board. A skew that the rig block states is
-//! taken off on the device as on the board; the record is given as it was logged, without that
-//! skew.
+//! converter cannot reach stands at its rail, as on the board. A channel comes as late as the rig
+//! block says that this board reads it, and the chain puts it in time again.
 
 use crate::device::followed::Followed;
+use crate::model::corrections::later;
 use crate::signal::motion::Filters;
 use crate::study::{Channels, Record, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::RawSample;
+use jointwatch_shared::monitor::Faults;
 use jointwatch_shared::wire::rig::{Rig, RigAxis};
 use jointwatch_shared::wire::wiring::{AxisWiring, Readings, Signed, SignedDirection, Wiring};
 
@@ -19,6 +20,11 @@ use jointwatch_shared::wire::wiring::{AxisWiring, Readings, Signed, SignedDirect
 const CONVERTER_RAILS: [i64; 2] = [-(1 << 23), (1 << 23) - 1];
 /// Lowest and highest code of an accelerometer.
 const ACCELEROMETER_RAILS: [i64; 2] = [-(1 << 19), (1 << 19) - 1];
+
+/// Places of an axis's channels, in the monitor's order.
+const ACCELERATION: usize = 3;
+const FORCE: usize = 4;
+const INPUT: usize = 5;
 
 /// A rig as its block describes it, with what its converters read before a model's corrections.
 #[derive(Clone, Debug)]
@@ -68,6 +74,8 @@ impl Wired {
         let mut converters = rig.clone();
         for (axis, correction) in converters.axes.iter_mut().zip(model.corrections()) {
             axis.force_step /= 1.0 - correction.excess;
+            // By how much the model's own force channel is late, the records are as well.
+            axis.force_delay_samples -= correction.delay_s * rig.sample_rate_hz;
         }
         let followed = Followed::of(model);
         followed.check(study)?;
@@ -89,13 +97,57 @@ impl Wired {
 
     /// What every chip gives for each row of a record.
     pub fn readings(&self, record: &Record) -> impl Iterator<Item = Readings> {
-        (0..record.rows).map(|row| self.row(record, row).0)
+        let record = self.as_read(record);
+        (0..record.rows).map(move |row| self.row(&record, row).0)
     }
 
-    /// What the chain gets for each row of a record.
-    pub fn counts(&self, record: &Record) -> Vec<RawSample> {
-        let readings = self.readings(record);
-        readings.map(|r| self.wiring().raw_sample(&r)).collect()
+    /// What the chain gets for each row of a record, and which channels stand at a rail, as the
+    /// firmware tells its monitor.
+    pub fn counts(&self, record: &Record) -> Vec<(RawSample, Faults)> {
+        let wiring = self.wiring();
+        let counts = |r: Readings| {
+            let faults = Faults {
+                saturated: saturated(wiring, &r),
+                ..Faults::default()
+            };
+            (wiring.raw_sample(&r), faults)
+        };
+        self.readings(record).map(counts).collect()
+    }
+
+    /// A record with every channel as late as the board reads it.
+    fn as_read(&self, record: &Record) -> Record {
+        let mut record = record.clone();
+        let late = |channel: &mut Vec<f64>, samples: f64| {
+            if samples != 0.0 {
+                *channel = later(channel, -samples);
+            }
+        };
+        for (number, (channels, rig)) in record
+            .axes
+            .iter_mut()
+            .zip(&self.converters.axes)
+            .enumerate()
+        {
+            let delays = rig.delays;
+            late(&mut channels.displacement_first, delays.displacement);
+            for (channel, samples) in [
+                (&mut channels.displacement_second, delays.displacement),
+                (&mut channels.body_position, delays.body),
+                (&mut channels.acceleration, delays.acceleration),
+            ] {
+                channel.iter_mut().for_each(|c| late(c, samples));
+            }
+            late(&mut channels.force, rig.force_delay_samples);
+            // Two axes that follow one input have it from one channel.
+            let follows_first = number == 1 && self.followed.name(0) == self.followed.name(1);
+            if let Some(name) = self.followed.name(number).filter(|_| !follows_first)
+                && let Some((_, input)) = record.inputs.iter_mut().find(|(known, _)| known == name)
+            {
+                late(input, delays.input);
+            }
+        }
+        record
     }
 
     fn check(&self, study: &Study, record: &Record) -> Result<()> {
@@ -126,8 +178,9 @@ impl Wired {
                 axis.name
             ));
         }
+        let read = self.as_read(record);
         for row in 0..record.rows {
-            if let Some(chip) = self.row(record, row).1 {
+            if let Some(chip) = self.row(&read, row).1 {
                 return refuse(format!(
                     "row {row}: the wiring gives two channels from {chip}, and they differ here; wire them apart in rig.toml"
                 ));
@@ -169,6 +222,29 @@ impl Wired {
         }
         (chips.readings, chips.conflict)
     }
+}
+
+/// The channels of the chain that a chip at a rail feeds, a bit each.
+fn saturated(wiring: &Wiring, readings: &Readings) -> u16 {
+    let at_rail =
+        |code: i32, [least, most]: [i64; 2]| i64::from(code) == least || i64::from(code) == most;
+    let mut bits = 0;
+    for (axis, wired) in wiring.axes.iter().enumerate() {
+        let converted = [Some(wired.force), wired.input];
+        for (channel, place) in [FORCE, INPUT].into_iter().zip(converted) {
+            let code = place.and_then(|p| readings.channels.get(usize::from(p.place)));
+            if code.is_some_and(|code| at_rail(*code, CONVERTER_RAILS)) {
+                bits |= Faults::bit(axis, channel);
+            }
+        }
+        for one in wired.acceleration.iter().flatten() {
+            let (chip, direction) = (usize::from(one.chip), usize::from(one.direction));
+            if at_rail(readings.accelerations[chip][direction], ACCELEROMETER_RAILS) {
+                bits |= Faults::bit(axis, ACCELERATION);
+            }
+        }
+    }
+    bits
 }
 
 /// The counts of one row, rounded as the device's counts are.

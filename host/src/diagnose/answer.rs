@@ -3,7 +3,7 @@
 use super::decide::{Decision, drop_interval};
 use super::errors::shapes_of;
 use super::learner::Knows;
-use super::search::rank::Looked as LookedAt;
+use super::search::rank::ScoredHypothesis;
 use super::search::zeros::Zeros;
 use super::search::{Model, Search};
 use crate::assess::where_it_fails::FailingRegion;
@@ -108,13 +108,13 @@ pub struct Remainder {
     pub relative_error: f64,
     /// Part of its power that a learner without physics still takes away; 0 to 1.
     pub explainable: f64,
-    /// What it follows: `states`, `memory`, `delays`, `inputs` or `time`.
+    /// What it follows: `states`, `memory`, `delays`, `inputs`, `time` or `record`.
     pub follows: String,
 }
 
 /// A set of effects that was looked at (`--explain`).
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Looked {
+pub struct LookedAt {
     /// Name of the axis.
     pub axis: String,
     /// The effects beside the base.
@@ -158,7 +158,7 @@ pub struct Diagnosis {
     pub remainder: Vec<Remainder>,
     /// Every set of effects that was looked at, when asked for.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub looked_at: Vec<Looked>,
+    pub looked_at: Vec<LookedAt>,
     /// How much of what was found the polynomial or network that was brought follows already.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub absorbed: Vec<Absorbed>,
@@ -250,7 +250,7 @@ pub(super) fn in_words_ranked(
 /// A candidate in words and relative figures.
 fn ranked(
     decision: &Decision,
-    looked: &LookedAt,
+    looked: &ScoredHypothesis,
     equivalent: &[String],
     parameters: Vec<ParameterValue>,
     study: &Study,
@@ -258,7 +258,8 @@ fn ranked(
     let bound = looked.hypothesis.added()[0];
     let both = bound.entry.acts == Acts::BothAxes;
     let (before, after) = (decision.errors[0], looked.score.error);
-    let like = |other: &&LookedAt| equivalent.contains(&other.hypothesis.added()[0].effect());
+    let like =
+        |other: &&ScoredHypothesis| equivalent.contains(&other.hypothesis.added()[0].effect());
     let singles = decision.singles.iter().map(|(single, _)| single);
     let group: Vec<AxisEffect> = singles
         .filter(like)
@@ -425,19 +426,19 @@ pub(super) fn in_words_probabilities(
 }
 
 /// Everything that was looked at, the best first, and what became of it.
-pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<Looked> {
+pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<LookedAt> {
     let mut all = Vec::new();
     for decision in decisions {
-        let mut looked: Vec<&LookedAt> = decision.looked.iter().collect();
+        let mut looked: Vec<&ScoredHypothesis> = decision.looked.iter().collect();
         looked.sort_by(|a, b| a.score.rank.total_cmp(&b.score.rank));
         let best = looked.first().map_or(f64::NAN, |l| l.score.rank);
-        let is_chosen = |l: &LookedAt| l.hypothesis.key() == decision.hypothesis.key();
+        let is_chosen = |l: &ScoredHypothesis| l.hypothesis.key() == decision.hypothesis.key();
         let chosen = looked.iter().find(|l| is_chosen(l)).map(|l| l.score.rank);
         all.extend(looked.into_iter().map(|l| {
             let added = l.hypothesis.added();
             let mean =
                 l.score.log_errors.iter().sum::<f64>() / l.score.log_errors.len().max(1) as f64;
-            Looked {
+            LookedAt {
                 axis: axes[decision.axis].into(),
                 effects: added.iter().map(|b| b.name(axes)).collect(),
                 mean_log_error: mean,

@@ -4,7 +4,7 @@
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::in_time::diagnose_prepared;
-use crate::diagnose::{Asked, Diagnosis, Found, PerAxis, Verdict};
+use crate::diagnose::{Diagnosis, Found, PerAxis, SearchOptions, Verdict};
 use crate::fit::identify::Prepared;
 use crate::model::ModelEffect;
 use crate::model::corrections::of_the_joint;
@@ -101,11 +101,11 @@ impl Applied {
 /// `each` is told what was added.
 ///
 /// # Errors
-/// As [`crate::diagnose::diagnose_asked`] and [`add::add`].
+/// As [`crate::diagnose::diagnose_with`] and [`add::add`].
 pub fn apply(
     study: &Study,
     model: &ModelFile,
-    asked: &Asked,
+    asked: &SearchOptions,
     each: &dyn Fn(&str),
 ) -> Result<Applied> {
     // Whatever is added, the filters stay.

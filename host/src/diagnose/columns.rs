@@ -50,7 +50,7 @@ pub struct Columns {
 /// where there are none.
 ///
 /// # Errors
-/// As [`super::diagnose_asked`].
+/// As [`super::diagnose_with`].
 pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
     let mut notes = Vec::new();
     let Some(wider) = study.with_spare_columns()? else {

@@ -11,7 +11,7 @@ use super::answer::{Diagnosis, Found, Ranked, Verdict};
 use super::criteria::CRITERIA;
 use super::later::{DELAY, delays_of, read_later, shift};
 use super::search::bench::rows_of;
-use super::verdict::{Asked, answer};
+use super::verdict::{SearchOptions, answer};
 use crate::fit::effects::columns::{Records, Sample};
 use crate::fit::effects::projection::product;
 use crate::fit::identify::Prepared;
@@ -42,14 +42,14 @@ const LEFT: f64 = 0.5;
 /// [`crate::text::error::Kind::Data`] when the study does not fit the model, or its records are too
 /// short.
 pub fn diagnose(study: &Study, model: &ModelFile) -> Result<Diagnosis> {
-    diagnose_asked(study, model, &Asked::default())
+    diagnose_with(study, model, &SearchOptions::default())
 }
 
 /// The same with more asked.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_asked(study: &Study, model: &ModelFile, asked: &Asked) -> Result<Diagnosis> {
+pub fn diagnose_with(study: &Study, model: &ModelFile, asked: &SearchOptions) -> Result<Diagnosis> {
     let prepared = Prepared::for_model(study, model)?;
     diagnose_prepared(study, &prepared, model, asked)
 }
@@ -62,7 +62,7 @@ pub(super) fn diagnose_prepared(
     study: &Study,
     prepared: &Prepared,
     model: &ModelFile,
-    asked: &Asked,
+    asked: &SearchOptions,
 ) -> Result<Diagnosis> {
     let known = delays_of(model)?;
     let in_time = read_later(prepared, known);

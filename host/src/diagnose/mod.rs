@@ -20,7 +20,7 @@ pub(crate) mod search;
 mod verdict;
 
 pub use crate::model::file::PerAxis;
-pub use answer::{Absorbed, Diagnosis, Found, Looked, Ranked, Remainder, Verdict};
+pub use answer::{Absorbed, Diagnosis, Found, LookedAt, Ranked, Remainder, Verdict};
 pub use columns::{Columns, with_columns};
-pub use in_time::{diagnose, diagnose_asked};
-pub use verdict::Asked;
+pub use in_time::{diagnose, diagnose_with};
+pub use verdict::SearchOptions;

@@ -32,14 +32,14 @@ use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// What is asked beside the question.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct SearchOptions {
     /// Effects that are not to be thought of.
     pub without: Vec<String>,
     /// Whether to tell every set of effects that was looked at.
     pub explain: bool,
 }
 
-impl Asked {
+impl SearchOptions {
     /// The same with the names of the effects checked.
     ///
     /// # Errors
@@ -72,7 +72,7 @@ pub(super) fn answer(
     prepared: &Prepared,
     in_time: &Prepared,
     model: &ModelFile,
-    asked: &Asked,
+    asked: &SearchOptions,
 ) -> Result<Diagnosis> {
     model.check_motion(study, &prepared.motions)?;
     let mut notes = Vec::new();

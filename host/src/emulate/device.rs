@@ -3,13 +3,14 @@
 use super::bench::{Bench, REST, Run, Scenario};
 use super::judge::{Judge, Known, Replayed};
 use super::qemu;
+use crate::device::chip_rates;
 use crate::device::monitor_limits;
 use crate::device::replay::SetUp;
 use crate::device::rig_block;
 use crate::device::signing::{PrivateKey, SignedModel, Stamp};
 use crate::device::wired::Wired;
 use crate::study::{Record, Study};
-use crate::text::error::{Error, Result};
+use crate::text::error::Result;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::blob;
 use jointwatch_shared::wire::rig::Rig;
@@ -20,10 +21,6 @@ use std::time::Duration;
 /// Mean time between false alarms for which the limits of a rig block without any are set, hours:
 /// 30 days.
 const FALSE_ALARM_HOURS: u32 = 30 * 24;
-/// The converter's clock over twice its oversampling of 128, Hz; an accelerometer's results per
-/// second without filter.
-const CONVERSIONS_HZ: f64 = 32_000.0;
-const RESULTS_HZ: f64 = 4000.0;
 
 /// A device with its model and its rig block.
 pub struct EmulatedDevice<'a> {
@@ -68,7 +65,7 @@ impl<'a> EmulatedDevice<'a> {
             let limits = monitor_limits::limits(study, &set_up, model, purpose);
             block.limits = limits.ok().map(|calibration| calibration.limits);
         }
-        fast_enough(&block)?;
+        chip_rates::check(&block)?;
         Ok(Self {
             study,
             model,
@@ -159,25 +156,4 @@ impl<'a> EmulatedDevice<'a> {
         let judge = Judge::new(replayed, known);
         Ok(Bench::new(wired.wiring(), rate, rows, judge, scenario))
     }
-}
-
-/// Chips that give less often than they are asked would be taken for silent.
-fn fast_enough(block: &Rig) -> Result<()> {
-    let rate = block.sample_rate_hz;
-    let refuse = |what: &str, hz: f64, advice: &str| {
-        Err(Error::data(format!(
-            "the {what} gives {hz} samples per second and is asked for {rate}: {advice} in rig.toml"
-        )))
-    };
-    let conversions = CONVERSIONS_HZ / f64::from(1_u32 << block.wiring.converter.oversampling);
-    if conversions < rate {
-        return refuse("bridges' converter", conversions, "lower its oversampling");
-    }
-    for chip in block.wiring.accelerometers.iter().flatten() {
-        let results = RESULTS_HZ / f64::from(1_u32 << chip.filter);
-        if results < rate {
-            return refuse("accelerometer", results, "raise its corner_hz");
-        }
-    }
-    Ok(())
 }

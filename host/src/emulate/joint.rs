@@ -221,7 +221,7 @@ impl<'a> LoopedJoint<'a> {
         let set_up = &self.device.set_up;
         let outputs: Vec<Output> = set_up
             .samples(record, self.model)
-            .filter_map(|(_, output)| output)
+            .filter_map(|sample| sample.output)
             .collect();
         let unit = self.model.outputs()[axis].force_per_lsb;
         let last = outputs.len().saturating_sub(1);

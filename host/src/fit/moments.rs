@@ -163,10 +163,7 @@ impl Summation {
         count: usize,
     ) {
         for ((u, range), series) in self.normalised.iter_mut().zip(&self.ranges).zip(inputs) {
-            let inverse = 1.0 / range.half_range;
-            for (u, value) in u.iter_mut().zip(&series[start..start + count]) {
-                *u = (value - range.center) * inverse;
-            }
+            range.normalise_all(&series[start..start + count], u);
         }
         let u = |input: usize| &self.normalised[input][..count];
         let stride = SAMPLE + 16 * outputs.len();

@@ -4,7 +4,7 @@
 use super::folder::Folder;
 use crate::report::page::thinned;
 use crate::study::Convention;
-use crate::study::draft::{self, Draft, DraftAxis, DraftChannel, Said};
+use crate::study::draft::{self, Draft, DraftAxis, DraftChannel, UserChoices};
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::text::error::Result;
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 const POINTS: usize = 600;
 
 /// What the page shows of the logs, with what the user has said of them.
-pub(super) fn draft(folder: &Folder, said: &Said) -> Result<Value> {
+pub(super) fn draft(folder: &Folder, said: &UserChoices) -> Result<Value> {
     let look = |log: &String| {
         let mut survey = Survey::of(&folder.path.join(log))?;
         survey.file.clone_from(log);

@@ -9,7 +9,7 @@ use super::long::Long;
 use super::models::{self, Entry};
 use super::state::{Done, Job, Opened, State};
 use super::{draft, snapshot};
-use crate::study::draft::Said;
+use crate::study::draft::UserChoices;
 use crate::study::long::study::LongStudy;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
@@ -219,7 +219,7 @@ impl Session {
                 rate,
                 inertia,
             } => {
-                state.said = Said {
+                state.said = UserChoices {
                     columns,
                     sample_rate_hz: rate,
                     inertia,

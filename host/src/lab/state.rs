@@ -6,7 +6,7 @@ use super::folder::Folder;
 use super::job::Running;
 use super::long::Long;
 use super::models::Entry;
-use crate::study::draft::Said;
+use crate::study::draft::UserChoices;
 use crate::text::error::{Error, Result};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -83,7 +83,7 @@ pub(super) struct State {
     pub(super) shown: Option<u64>,
     /// How many were drawn since the start.
     drawn: u64,
-    pub(super) said: Said,
+    pub(super) said: UserChoices,
     pub(super) draft: Option<Arc<Value>>,
     pub(super) blob: Option<(String, String)>,
     pub(super) job: Option<Job>,
@@ -106,7 +106,7 @@ impl State {
             views: Vec::new(),
             shown: None,
             drawn: 0,
-            said: Said::default(),
+            said: UserChoices::default(),
             draft: None,
             blob: None,
             job: None,

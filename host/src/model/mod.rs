@@ -39,6 +39,14 @@ impl InputRange {
         (value - self.center) / self.half_range
     }
 
+    /// The normalised values of a stretch of a series.
+    pub(crate) fn normalise_all(&self, values: &[f64], normalised: &mut [f64]) {
+        let inverse = 1.0 / self.half_range;
+        for (u, value) in normalised.iter_mut().zip(values) {
+            *u = (value - self.center) * inverse;
+        }
+    }
+
     /// Whether it is a range: finite, and of positive width.
     pub(crate) fn is_sound(&self) -> bool {
         self.center.is_finite() && self.half_range.is_finite() && self.half_range > 0.0

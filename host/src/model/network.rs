@@ -89,10 +89,7 @@ impl Network {
         for start in (0..rows).step_by(BLOCK) {
             let count = BLOCK.min(rows - start);
             for ((u, range), series) in normalised.iter_mut().zip(&self.inputs).zip(states) {
-                let inverse = 1.0 / range.half_range;
-                for (u, value) in u.iter_mut().zip(&series[start..start + count]) {
-                    *u = (value - range.center) * inverse;
-                }
+                range.normalise_all(&series[start..start + count], u);
             }
             let hidden = &mut hidden[..count * self.neurons()];
             Arch::new().dispatch(Arguments {

@@ -203,38 +203,6 @@ fn expand(ideal: Ideal, half_response: &[f64], half: usize, sample_rate_hz: f64)
     taps
 }
 
-/// Gain of `taps` at `frequency_hz` divided by the ideal gain there (1, ω or −ω²); 1 means a
-/// perfect filter.
-///
-/// `frequency_hz` must be above 0 for the derivatives.
-pub fn relative_gain(ideal: Ideal, taps: &[f64], sample_rate_hz: f64, frequency_hz: f64) -> f64 {
-    let half = taps.len() / 2;
-    let omega = 2.0 * PI * frequency_hz / sample_rate_hz;
-    let rate = 2.0 * PI * frequency_hz;
-    let newer = |m: usize| taps[half - m];
-    match ideal {
-        Ideal::LowPass => {
-            taps[half]
-                + (1..=half)
-                    .map(|m| 2.0 * newer(m) * (m as f64 * omega).cos())
-                    .sum::<f64>()
-        }
-        Ideal::FirstDerivative => {
-            (1..=half)
-                .map(|m| 2.0 * newer(m) * (m as f64 * omega).sin())
-                .sum::<f64>()
-                / rate
-        }
-        Ideal::SecondDerivative => {
-            let rest: f64 = taps.iter().sum();
-            let moving: f64 = (1..=half)
-                .map(|m| 4.0 * newer(m) * (0.5 * m as f64 * omega).sin().powi(2))
-                .sum();
-            (moving - rest) / (rate * rate)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -244,6 +212,38 @@ mod tests {
         Ideal::FirstDerivative,
         Ideal::SecondDerivative,
     ];
+
+    /// Gain of `taps` at `frequency_hz` divided by the ideal gain there (1, ω or −ω²); 1 means a
+    /// perfect filter.
+    ///
+    /// `frequency_hz` must be above 0 for the derivatives.
+    fn relative_gain(ideal: Ideal, taps: &[f64], sample_rate_hz: f64, frequency_hz: f64) -> f64 {
+        let half = taps.len() / 2;
+        let omega = 2.0 * PI * frequency_hz / sample_rate_hz;
+        let rate = 2.0 * PI * frequency_hz;
+        let newer = |m: usize| taps[half - m];
+        match ideal {
+            Ideal::LowPass => {
+                taps[half]
+                    + (1..=half)
+                        .map(|m| 2.0 * newer(m) * (m as f64 * omega).cos())
+                        .sum::<f64>()
+            }
+            Ideal::FirstDerivative => {
+                (1..=half)
+                    .map(|m| 2.0 * newer(m) * (m as f64 * omega).sin())
+                    .sum::<f64>()
+                    / rate
+            }
+            Ideal::SecondDerivative => {
+                let rest: f64 = taps.iter().sum();
+                let moving: f64 = (1..=half)
+                    .map(|m| 4.0 * newer(m) * (0.5 * m as f64 * omega).sin().powi(2))
+                    .sum();
+                (moving - rest) / (rate * rate)
+            }
+        }
+    }
 
     /// Largest relative error in the pass band and largest gain in the stop band, relative to the
     /// gain at the pass edge.

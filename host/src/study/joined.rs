@@ -1,7 +1,7 @@
 //! A run of which every channel was logged into a file of its own: the files of a record, joined by
 //! plus signs, are read side by side as one table.
 
-use super::log::{Column, Numbering, Request, Table};
+use super::log::{Column, NO_HEADING, Numbering, Request, Table};
 use crate::text::error::Result;
 use std::path::{Path, PathBuf};
 
@@ -67,10 +67,13 @@ pub(crate) fn table(request: &Request<'_>, files: &[(&str, PathBuf)]) -> Result<
     })
 }
 
-/// The table of a file, and whether its columns have no names.
-fn with_a_heading(request: &Request<'_>) -> Result<(Table, bool)> {
+/// The table of a file, with columns c1, c2 … where they have no names, and whether that is so.
+///
+/// # Errors
+/// As [`Request::table`].
+pub(super) fn with_a_heading(request: &Request<'_>) -> Result<(Table, bool)> {
     match request.table() {
-        Err(error) if error.sentence.contains("a heading with the columns' names") => {
+        Err(error) if error.sentence.contains(NO_HEADING) => {
             let count = request.columns_without_heading()?;
             let names: Vec<String> = (1..=count).map(|i| format!("c{i}")).collect();
             let numbered = Request {

@@ -32,6 +32,11 @@ pub(crate) struct Request<'a> {
     pub(crate) sparse: bool,
 }
 
+/// What is said of a text without a heading; a caller that can do without one reads it as numbered
+/// columns.
+pub(crate) const NO_HEADING: &str =
+    "a heading with the columns' names is expected above the numbers";
+
 /// How a row is named in a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Numbering {

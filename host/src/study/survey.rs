@@ -4,7 +4,7 @@
 use super::channels::naming::{self, Named};
 use super::channels::signs::{sign_bit, signed};
 use super::channels::units::Quantity;
-use super::joined::PLUS;
+use super::joined::{PLUS, with_a_heading};
 use super::log::Request;
 use super::readers::long::LongLog;
 use super::time::Stamps;
@@ -137,7 +137,6 @@ impl Survey {
             memory: None,
             sparse: false,
         };
-        let mut states_heading = false;
         let long = match is_long(path) {
             true => LongLog::open(&request(None))?,
             false => None,
@@ -148,15 +147,9 @@ impl Survey {
             rows: beginning,
             ..request(None)
         };
-        let mut table = match looked_at.table_of(long.as_ref()) {
-            Err(error) if error.sentence.contains("a heading with the columns' names") => {
-                states_heading = true;
-                let numbered: Vec<String> = (1..=request(None).columns_without_heading()?)
-                    .map(|i| format!("c{i}"))
-                    .collect();
-                request(Some(&numbered)).table()?
-            }
-            other => other?,
+        let (mut table, states_heading) = match &long {
+            Some(_) => (looked_at.table_of(long.as_ref())?, false),
+            None => with_a_heading(&looked_at)?,
         };
         let heading = table.columns.iter().map(|c| c.name.clone()).collect();
         table.columns.retain(|c| !c.name.is_empty());

@@ -16,7 +16,7 @@ const STACK_BYTES: usize = 8 << 20;
 
 /// What is known of work under way.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Said {
+pub struct Progress {
     /// What is being done.
     pub what: String,
     /// How much of that is done, 0 to 1, where it is known.
@@ -57,13 +57,13 @@ impl Watch {
     }
 
     /// How far the work is.
-    pub fn said(&self) -> Said {
+    pub fn said(&self) -> Progress {
         let (what, share) = self
             .said
             .lock()
             .unwrap_or_else(PoisonError::into_inner)
             .clone();
-        Said {
+        Progress {
             what,
             share,
             steps: self.steps.load(Ordering::Relaxed),

@@ -136,6 +136,19 @@ fn a_whole_session_is_printed_and_nothing_is_lost() {
         succeed(folder.path(), &["monitor", "capture.bin", "--quiet"]),
         ""
     );
+
+    // What was recorded is not written over.
+    let record = ["monitor", "capture.bin", "--quiet", "--record", "kept.bin"];
+    succeed(folder.path(), &record);
+    let kept = || fs::read(folder.path().join("kept.bin")).unwrap();
+    let first = kept();
+    assert_eq!(first, fs::read(folder.path().join("capture.bin")).unwrap());
+    let sentence = fail(folder.path(), &record, 2);
+    assert!(
+        sentence.contains("kept.bin: --record would write over"),
+        "{sentence}"
+    );
+    assert_eq!(kept(), first);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use jointwatch::simulate::{
 };
 use jointwatch::study::{Channels, Record, Role};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, Verdict};
+use jointwatch_shared::monitor::{Monitor, MonitorState, Verdict};
 use jointwatch_shared::wire::blob;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -378,10 +378,11 @@ impl Subject {
         mut look: impl FnMut(&MonitorState),
     ) -> Vec<(f64, Verdict)> {
         let mut seen: Vec<(f64, Verdict)> = Vec::new();
-        for (row, (raw, output)) in self.set_up.samples(record, &self.model).enumerate() {
+        for (row, sample) in self.set_up.samples(record, &self.model).enumerate() {
+            let output = sample.output.as_ref();
             let verdict = self
                 .monitor
-                .update(state, &raw, output.as_ref(), &Faults::default());
+                .update(state, &sample.raw, output, &sample.faults);
             look(state);
             if !seen
                 .last()

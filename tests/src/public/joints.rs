@@ -3,7 +3,7 @@
 
 use crate::program::{measurements, workspace};
 use jointwatch::assess::compare::compare;
-use jointwatch::diagnose::{Asked, Verdict, apply, with_columns};
+use jointwatch::diagnose::{SearchOptions, Verdict, apply, with_columns};
 use jointwatch::fit::identify::physical;
 use jointwatch::model::file::ModelFile;
 use jointwatch::study::{Role, Study};
@@ -141,7 +141,7 @@ fn outcome(set: &Set, files: &Path) -> Result<Outcome, String> {
     let study = Study::read(&path).map_err(|e| e.to_string())?;
     let base = physical(&study).map_err(|e| e.to_string())?.model;
     let study = with_columns(study, &base).map_err(|e| e.to_string())?.study;
-    let applied = apply::apply(&study, &base, &Asked::default(), &|_| ());
+    let applied = apply::apply(&study, &base, &SearchOptions::default(), &|_| ());
     let applied = applied.map_err(|e| e.to_string())?;
     let steps = applied.staircase.steps.iter();
     Ok(Outcome {

@@ -1,6 +1,7 @@
 //! The device: drivers, firmware under QEMU, monitor and uploads, beside what the host expects of
 //! them.
 
+mod board;
 mod chips;
 mod emulate;
 mod emulator;

@@ -213,14 +213,15 @@ fn rest_is_not_judged_and_a_sensor_that_fails_is_named() {
     // One transfer in five has a wrong checksum, then none.
     let mut state = MonitorState::default();
     let mut seen = Vec::new();
-    for (row, (raw, output)) in subject.set_up.samples(&record, &subject.model).enumerate() {
-        let mut faults = Faults::default();
+    for (row, sample) in subject.set_up.samples(&record, &subject.model).enumerate() {
+        let mut faults = sample.faults;
         if (5000..10_000).contains(&row) && row % 5 == 0 {
             faults.checksum = Faults::bit(0, 3);
         }
-        let verdict = subject
-            .monitor
-            .update(&mut state, &raw, output.as_ref(), &faults);
+        let verdict =
+            subject
+                .monitor
+                .update(&mut state, &sample.raw, sample.output.as_ref(), &faults);
         seen.push(verdict);
     }
     let words = |row: usize| format!("{}", seen[row].words(&["x", "phi"]));
@@ -238,13 +239,12 @@ fn a_counter_that_lost_its_count_is_named_and_nothing_is_concluded_from_it() {
     let record = subject.shake(Shaking::steady(20.0, STUDY_LEVEL, 11), None);
     // The far counter of x begins anew at 8 s; what it had counted is missing from then on.
     let counts = subject.set_up.counts(&record);
-    let offset = counts[8000][0].displacement[0] + 4000;
+    let offset = counts[8000].0[0].displacement[0] + 4000;
     let watch = |told: bool| {
         let (mut chain, mut state) = (ChainState::default(), MonitorState::default());
         let mut seen: Vec<(f64, Verdict)> = Vec::new();
-        for (row, raw) in counts.iter().enumerate() {
-            let mut raw = *raw;
-            let mut faults = Faults::default();
+        for (row, (raw, faults)) in counts.iter().enumerate() {
+            let (mut raw, mut faults) = (*raw, *faults);
             if row >= 8000 {
                 raw[0].displacement[0] -= offset;
                 faults.reference_lost = if told { Faults::bit(0, 0) } else { 0 };

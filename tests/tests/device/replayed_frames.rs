@@ -195,8 +195,10 @@ fn driven_share() -> f64 {
     let unit = f64::from(limits.axes[0].force_shift).exp2();
     let least = limits.axes[0].force_power as f64 * unit * unit / 4.0;
     let samples = device.set_up.samples(&study.records[0], &model);
-    let powers = samples.map(|(_, output)| {
-        let force = output.map_or(0.0, |output| f64::from(output.measured[0]));
+    let powers = samples.map(|sample| {
+        let force = sample
+            .output
+            .map_or(0.0, |output| f64::from(output.measured[0]));
         force * force
     });
     let powers: Vec<f64> = powers.collect();

@@ -39,14 +39,14 @@ fn subject(learnt: Learnt) -> &'static Subject {
 fn outputs(subject: &Subject, record: &Record, knows: bool) -> Vec<Output> {
     if knows {
         let samples = subject.set_up.samples(record, &subject.model);
-        return samples.filter_map(|(_, output)| output).collect();
+        return samples.filter_map(|sample| sample.output).collect();
     }
     let mut corrections = *subject.model.corrections();
     corrections.iter_mut().for_each(|c| c.hum = DeviceHum::NONE);
     let model = subject.model.clone().correcting(corrections).unwrap();
     let set_up = SetUp::new(&subject.simulation.study, &model).unwrap();
     let samples = set_up.samples(record, &model);
-    samples.filter_map(|(_, output)| output).collect()
+    samples.filter_map(|sample| sample.output).collect()
 }
 
 /// The amplitude of the hum in a series, N, over a second from `from_s` on.

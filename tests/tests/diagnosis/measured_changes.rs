@@ -9,7 +9,7 @@ use jointwatch::device::replay::SetUp;
 use jointwatch::fit::identify;
 use jointwatch::signal::motion::motions;
 use jointwatch::study::{Record, Role, Study};
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, State, Verdict};
+use jointwatch_shared::monitor::{Monitor, MonitorState, State, Verdict};
 use jointwatch_shared::wire::blob;
 use jointwatch_tests::monitor::curves::Change;
 use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
@@ -48,9 +48,9 @@ fn alarms(folder: &Path, changes_at_s: f64) -> Vec<(f64, Option<(f64, Verdict)>)
         }
         let mut state = MonitorState::default();
         let samples = set_up.samples(&record, &model).enumerate();
-        let mut seen = samples.map(|(row, (raw, output))| {
-            let faults = Faults::default();
-            let verdict = monitor.update(&mut state, &raw, output.as_ref(), &faults);
+        let mut seen = samples.map(|(row, sample)| {
+            let output = sample.output.as_ref();
+            let verdict = monitor.update(&mut state, &sample.raw, output, &sample.faults);
             (row as f64 / study.sample_rate_hz - changes_at_s, verdict)
         });
         seen.find(|(_, verdict)| verdict.state == State::Alarm)

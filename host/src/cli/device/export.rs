@@ -1,6 +1,8 @@
 //! `jointwatch export`: from a model to the blob that the device evaluates.
 
+use super::watched;
 use crate::cli::console::Console;
+use crate::device::monitor_limits::BoardError;
 use crate::device::{export, followed, rig_block};
 use crate::model::file::ModelFile;
 use crate::study::{Role, Study};
@@ -9,6 +11,7 @@ use crate::text::output;
 use crate::text::table::Table;
 use clap::Args;
 use jointwatch_shared::base::Model;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// Mean time between false alarms of the monitor unless another one is asked for.
@@ -125,12 +128,22 @@ impl Export {
         // or not.
         let asked = self.false_alarm_days.is_some() || self.drift.is_some();
         let judged = asked || rig.as_os_str() != "defaults";
+        let mut said = String::new();
         if let Some(study) = &study
             && (judged || study.records.iter().any(|r| r.role == Role::Validate))
         {
             let days = self.false_alarm_days.unwrap_or(FALSE_ALARM_DAYS);
             let drift = self.drift.unwrap_or(0.0);
-            rig_block::set_limits(&mut block, study, model, days, drift)?;
+            let set = rig_block::set_limits(&mut block, study, model, days, drift)?;
+            let block_s = f64::from(set.limits.block) / study.sample_rate_hz;
+            let names: Vec<&str> = study.axes.iter().map(|axis| axis.name.as_str()).collect();
+            said = format!(
+                "What the monitor finds:{}",
+                watched::detected(&names, &set.healthy, block_s)
+            );
+            for doubt in set.board.iter().filter_map(BoardError::doubt) {
+                let _ = write!(said, "\nWarning: {doubt}.");
+            }
         }
         let path = self.output.clone().unwrap_or_else(|| "rig.bin".into());
         let bytes = rig_block::encode(&block)?;
@@ -141,6 +154,9 @@ impl Export {
             path.display(),
             rig_block::in_words(&block)
         ))?;
+        if !said.is_empty() {
+            console.say(said)?;
+        }
         if block.limits.is_none() {
             console.say(
                 "The monitor has no limits in it, so the device will not judge the joint; give --study with validation records.",

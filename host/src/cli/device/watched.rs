@@ -1,15 +1,13 @@
 //! What the monitor would have said over the records of a study: for `replay --monitor`.
 
-use crate::device::monitor_limits::Calibration;
+use crate::device::monitor_limits::{Calibration, Healthy};
 use crate::device::replay;
 use crate::study::{Record, Study};
 use crate::text::error::{Error, Result};
 use clap::ValueEnum;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::Limits;
-use jointwatch_shared::monitor::{
-    AxisHealth, Faults, Monitor, MonitorState, RECENT, State, Verdict,
-};
+use jointwatch_shared::monitor::{AxisHealth, Monitor, MonitorState, RECENT, State, Verdict};
 use std::fmt::Write;
 
 /// What makes `replay --monitor` end with exit code 4.
@@ -82,8 +80,9 @@ pub(super) fn watch(
         let mut changes = Vec::new();
         let mut of_axes = vec![(Vec::new(), 0_usize); study.axes.len()];
         let mut rows = 0;
-        for (row, (raw, output)) in set_up.samples(record, model).enumerate() {
-            let verdict = monitor.update(&mut state, &raw, output.as_ref(), &Faults::default());
+        for (row, sample) in set_up.samples(record, model).enumerate() {
+            let output = sample.output.as_ref();
+            let verdict = monitor.update(&mut state, &sample.raw, output, &sample.faults);
             let time = row as f64 / study.sample_rate_hz;
             note(&mut changes, time, verdict);
             for (axis, (changes, judged)) in of_axes.iter_mut().enumerate() {
@@ -109,6 +108,19 @@ pub(super) fn watch(
     };
     let records = records.iter().map(over).collect();
     Ok(Watched { basis, records })
+}
+
+/// What changes of each axis the monitor finds, and how soon: a line each, behind a line break.
+pub(super) fn detected(names: &[&str], healthy: &[[Healthy; 5]], block_s: f64) -> String {
+    let line = |(name, sides): (&&str, &[Healthy; 5])| {
+        let [error, rest @ ..] = sides.map(|side| side.blocks_to_alarm * block_s);
+        let slowest = rest.into_iter().fold(0.0, f64::max);
+        format!(
+            "\n  {name}: a stiffness or viscous friction that changes by 10 % of the RMS force is expected to raise the alarm \
+             within {slowest:.1} s, any other change of that size within {error:.1} s of driven motion"
+        )
+    };
+    names.iter().zip(healthy).map(line).collect()
 }
 
 /// Notes a verdict that says something else than the last one.
@@ -164,15 +176,7 @@ impl Watched {
             Basis::Study(calibration) => calibration.healthy.as_slice(),
             Basis::Board(_) => &[],
         };
-        for (name, sides) in names.iter().zip(healthy) {
-            let [error, rest @ ..] = sides.map(|side| side.blocks_to_alarm * block_s);
-            let slowest = rest.into_iter().fold(0.0, f64::max);
-            let _ = write!(
-                text,
-                "\n  {name}: a stiffness or viscous friction that changes by 10 % of the RMS force is expected to raise the alarm \
-                 within {slowest:.1} s, any other change of that size within {error:.1} s of driven motion"
-            );
-        }
+        text.push_str(&detected(&names, healthy, block_s));
         for record in &self.records {
             for (time, verdict) in &record.changes {
                 let _ = write!(

@@ -7,7 +7,7 @@ use crate::cli::plots::Plots;
 use crate::cli::report::Report;
 use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::changed::{self, ParameterChange};
-use crate::diagnose::{self, Asked, Columns, Diagnosis, Found, Ranked, Verdict};
+use crate::diagnose::{self, Columns, Diagnosis, Found, Ranked, SearchOptions, Verdict};
 use crate::model::file::ModelFile;
 use crate::model::{corrections, effects};
 use crate::text::error::{Error, Result};
@@ -57,7 +57,7 @@ impl Diagnose {
         let model_written = self.apply.then_some(output.as_path());
         self.report.check(console, model_written, &study)?;
         working.set_message("searching for missing effects");
-        let asked = Asked::checked(self.without, self.explain)?;
+        let asked = SearchOptions::checked(self.without, self.explain)?;
         if self.apply {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let mut applied = apply::apply(&study, &model, &asked, &each)?;
@@ -71,7 +71,7 @@ impl Diagnose {
             self.report.write(console, page)?;
             return write_json(console, &output, &applied);
         }
-        let mut diagnosis = diagnose::diagnose_asked(&study, &model, &asked)?;
+        let mut diagnosis = diagnose::diagnose_with(&study, &model, &asked)?;
         diagnosis.notes.extend(notes);
         let moved = changed::moved(&study, &model)?;
         let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;

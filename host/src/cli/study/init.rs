@@ -2,7 +2,7 @@
 
 use super::survey;
 use crate::cli::console::Console;
-use crate::study::draft::{self, Draft, Said};
+use crate::study::draft::{self, Draft, UserChoices};
 use crate::study::joined::PLUS;
 use crate::study::survey::Survey;
 use crate::study::{Study, mistakes};
@@ -87,7 +87,7 @@ impl Init {
         for survey in surveys.iter().filter(|_| to_file) {
             console.say(survey::in_words(survey, false))?;
         }
-        let mut said = Said {
+        let mut said = UserChoices {
             columns: self.columns.clone(),
             sample_rate_hz: self.rate,
             inertia: self.inertia,
@@ -195,7 +195,7 @@ fn name_files(draft: &mut Draft, folder: &Path) {
 }
 
 /// Asks for what names and units do not tell.
-fn ask_columns(survey: &Survey, said: &mut Said) -> Result<()> {
+fn ask_columns(survey: &Survey, said: &mut UserChoices) -> Result<()> {
     let names: Vec<&str> = survey.columns.iter().map(|c| c.name.as_str()).collect();
     let time = survey.time.as_ref().map(|t| t.column.clone());
     for (role, guess) in [

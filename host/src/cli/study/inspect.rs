@@ -4,6 +4,7 @@ use super::survey;
 use crate::cli::console::Console;
 use crate::device::export;
 use crate::device::rig_block;
+use crate::device::signing::SignedModel;
 use crate::model::corrections;
 use crate::model::file::{Base, HistoryEntry, ModelFile};
 use crate::model::{ModelEffect, effects};
@@ -16,13 +17,14 @@ use clap::Args;
 use jointwatch_shared::base::axis::{Convention, InputRange};
 use jointwatch_shared::base::{Base as DeviceBase, Model};
 use jointwatch_shared::wire::blob;
+use jointwatch_shared::wire::slot::SLOT_LEN;
 use std::path::PathBuf;
 
 /// Options of `jointwatch inspect`.
 #[derive(Args)]
 pub(crate) struct Inspect {
     /// A log in any format that can be read (`-`: from standard input), a model.json that
-    /// `identify` wrote, or a blob or a rig block that `export` wrote.
+    /// `identify` wrote, a blob or a rig block that `export` wrote, or a signed model.
     pub(super) file: PathBuf,
 }
 
@@ -53,12 +55,50 @@ impl Inspect {
             let block = rig_block::decode(&self.file, &bytes)?;
             console.say(rig_block::in_words(&block))?;
             console.json(&rig_block::as_json(&block))
+        } else if bytes.len() == SLOT_LEN {
+            let signed = SignedModel::read(&self.file)?;
+            let model = signed.model()?;
+            console.say(format!(
+                "{}\n{}",
+                signed_in_words(&signed),
+                blob_in_words(&model)
+            ))?;
+            let mut json = blob_as_json(&model);
+            json["signed"] = serde_json::json!({
+                "release": signed.header().release,
+                "class": signed.class(),
+                "rig_bytes": signed.rig_len(),
+                "signature": signed.signature().is_some(),
+            });
+            console.json(&json)
         } else {
             let model = export::read_blob(&self.file)?;
             console.say(blob_in_words(&model))?;
             console.json(&blob_as_json(&model))
         }
     }
+}
+
+/// What goes with a signed model.
+fn signed_in_words(signed: &SignedModel) -> String {
+    let class = match signed.class() {
+        class if class.is_empty() => "for firmware without a class".to_owned(),
+        class => format!("for the class {class:?}"),
+    };
+    let rig = match signed.rig_len() {
+        0 => "no rig block, so that the device reports raw counts only".to_owned(),
+        bytes => format!("a rig block of {bytes} bytes"),
+    };
+    let signature = match signed.signature() {
+        Some(_) => {
+            "signed; whether the signature is good only the device can say, which has the key"
+        }
+        None => "not signed",
+    };
+    format!(
+        "Release {}, {class}, with {rig}; {signature}.",
+        signed.header().release
+    )
 }
 
 fn model_in_words(model: &ModelFile) -> String {

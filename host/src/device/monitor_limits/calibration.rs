@@ -1,5 +1,6 @@
 //! What comes of setting limits.
 
+use super::board::BoardError;
 use super::cusum::Healthy;
 use jointwatch_shared::monitor::limits::Limits;
 
@@ -12,4 +13,6 @@ pub struct Calibration {
     pub blocks: Vec<usize>,
     /// Per axis: error, stiffer, softer, more friction, less friction.
     pub healthy: Vec<[Healthy; 5]>,
+    /// Per axis: how well the board measures the validation records.
+    pub board: Vec<BoardError>,
 }

@@ -1,15 +1,14 @@
 //! Records that went through the chain.
 
-use crate::device::replay::SetUp;
+use crate::device::replay::{Sampled, SetUp};
 use crate::study::{Record, Role};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::chain::{Output, RawSample};
 
 /// One record after the chain.
 pub(super) struct ChainedRecord {
     pub(super) file: String,
     pub(super) validation: bool,
-    pub(super) samples: Vec<(RawSample, Option<Output>)>,
+    pub(super) samples: Vec<Sampled>,
 }
 
 impl ChainedRecord {

@@ -21,6 +21,7 @@
 //! is tried on the records it was set from, drifted ones included, and raised where one of them
 //! comes near an alarm.
 
+mod board;
 mod calibration;
 mod chained;
 mod cusum;
@@ -33,6 +34,7 @@ use crate::device::replay::SetUp;
 use crate::fit::errors::AT_REST_BELOW;
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
+pub use board::BoardError;
 pub use calibration::Calibration;
 use chained::ChainedRecord;
 pub use cusum::Healthy;
@@ -44,7 +46,7 @@ use jointwatch_shared::monitor::limits::{
     AxisLimits, CHANNELS, Cusum, Limits, MAX_CUSUM, TwoSided,
 };
 use jointwatch_shared::monitor::{
-    Faults, GrossSums, Monitor, MonitorState, OCTAVE, SIDES, Sums, share_of_change,
+    GrossSums, Monitor, MonitorState, OCTAVE, SIDES, Sums, share_of_change,
 };
 use rate::block;
 
@@ -90,14 +92,41 @@ pub fn limits(
     let chained_records: Vec<ChainedRecord> = records
         .map(|r| ChainedRecord::new(r, set_up, model))
         .collect();
+    board::check_rails(study, &chained_records)?;
+    let board = match set_up.wired() {
+        Some(_) => board::errors(study, set_up, model)?,
+        None => Vec::new(),
+    };
+    // What the board measures wrongly is the cause of whatever comes of it.
+    let doubt = board.iter().find_map(BoardError::doubt);
+    let set = set(study, set_up, model, purpose, &chained_records);
+    let calibration = match doubt {
+        Some(doubt) => set.map_err(|_| refuse(doubt))?,
+        None => set?,
+    };
+    Ok(Calibration {
+        board,
+        ..calibration
+    })
+}
+
+/// Sets the limits from records that have gone through the chain.
+fn set(
+    study: &Study,
+    set_up: &SetUp,
+    model: &Model,
+    purpose: Purpose,
+    chained_records: &[ChainedRecord],
+) -> Result<Calibration> {
+    let refuse = |what: String| Error::data(format!("{}: {what}", study.path.display()));
     let block = block(study.sample_rate_hz);
     let mut limits = Limits {
         model_checksum: purpose.model_checksum,
         block,
-        outside_permille: outside_permille(&chained_records),
+        outside_permille: outside_permille(chained_records),
         false_alarm_hours: purpose.false_alarm_hours,
         axes: (0..study.axes.len())
-            .map(|axis| scales(&chained_records, axis))
+            .map(|axis| scales(chained_records, axis))
             .collect(),
     };
     let not_held = |e| refuse(format!("the monitor's limits cannot be held ({e})"));
@@ -134,13 +163,14 @@ pub fn limits(
         limits,
         blocks: judged,
         healthy,
+        board: Vec::new(),
     };
     trial::raise(
         &mut calibration,
         study,
         set_up,
         model,
-        &chained_records,
+        chained_records,
         purpose.drift,
     )?;
     Ok(calibration)
@@ -207,7 +237,7 @@ fn outside_permille(chained_records: &[ChainedRecord]) -> u16 {
     let outputs = || {
         validation(chained_records)
             .flat_map(|c| &c.samples)
-            .filter_map(|(_, o)| o.as_ref())
+            .filter_map(|s| s.output.as_ref())
     };
     let outside = outputs().filter(|o| o.outside != 0).count() as f64;
     let share = outside / outputs().count().max(1) as f64;
@@ -222,7 +252,7 @@ fn validation(chained_records: &[ChainedRecord]) -> impl Iterator<Item = &Chaine
 /// cumulative sums that never end, for the run that measures what they are to be.
 fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
     let force_of = |chained: &ChainedRecord| -> Vec<f64> {
-        let outputs = chained.samples.iter().filter_map(|(_, o)| o.as_ref());
+        let outputs = chained.samples.iter().filter_map(|s| s.output.as_ref());
         outputs.map(|o| f64::from(o.measured[axis])).collect()
     };
     let powers: Vec<(f64, &ChainedRecord)> = validation(chained_records)
@@ -239,7 +269,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
         moving
             .iter()
             .flat_map(|c| &c.samples)
-            .filter_map(|(_, o)| o.as_ref())
+            .filter_map(|s| s.output.as_ref())
     };
     let force: Vec<f64> = outputs().map(|o| f64::from(o.measured[axis])).collect();
     let states = [0, 1].map(|s| -> Vec<f64> {
@@ -257,7 +287,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
     let whole = |channel: usize| -> Vec<f64> {
         let samples = moving.iter().flat_map(|c| &c.samples);
         samples
-            .map(|(raw, _)| f64::from(channels(raw, axis)[channel]))
+            .map(|s| f64::from(channels(&s.raw, axis)[channel]))
             .collect()
     };
     let moving_counts = std::array::from_fn(|channel| {
@@ -319,8 +349,9 @@ impl Seen {
             gross: Vec::new(),
         };
         let (mut number, mut of_gross) = (0, 0);
-        for (raw, output) in &chained.samples {
-            monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
+        for sample in &chained.samples {
+            let output = sample.output.as_ref();
+            monitor.update(&mut state, &sample.raw, output, &sample.faults);
             let (finished, sums) = state.last_block();
             if finished != number {
                 number = finished;

@@ -9,7 +9,7 @@ use crate::study::Study;
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;
 use jointwatch_shared::monitor::limits::{AxisLimits, Limits, MAX_CUSUM};
-use jointwatch_shared::monitor::{Faults, Monitor, MonitorState, OCTAVE, SIDES};
+use jointwatch_shared::monitor::{Monitor, MonitorState, OCTAVE, SIDES};
 
 /// How near to the alarm a sum may come on a record of a healthy joint; *suspect* begins at 0.75.
 const NEAREST: f64 = 0.7;
@@ -120,8 +120,9 @@ fn peaks(
     let mut peaks = Peaks::default();
     let mut look = |chained: &ChainedRecord| {
         let mut state = MonitorState::default();
-        for (row, (raw, output)) in chained.samples.iter().enumerate() {
-            monitor.update(&mut state, raw, output.as_ref(), &Faults::default());
+        for (row, sample) in chained.samples.iter().enumerate() {
+            let output = sample.output.as_ref();
+            monitor.update(&mut state, &sample.raw, output, &sample.faults);
             if row % usize::from(limits.block) != 0 {
                 continue;
             }

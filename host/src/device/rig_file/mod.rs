@@ -42,27 +42,7 @@ pub(crate) struct Described {
 pub(crate) fn described(source: &Source<'_>, file: &RigFile, model: &Model) -> Result<Described> {
     let header = model.header();
     let names: Vec<&str> = header.axes.iter().map(|axis| axis.name.as_str()).collect();
-    for (at, entry) in file.axis.iter().enumerate() {
-        let name = entry.name.get_ref().as_str();
-        if !names.contains(&name) {
-            let what = format!(
-                "the model has no axis {name:?}; {}",
-                suggestion(name, &names)
-            );
-            return Err(source.wrong(&entry.name, what));
-        }
-        if file
-            .axis
-            .iter()
-            .take(at)
-            .any(|other| other.name.get_ref() == name)
-        {
-            return Err(source.wrong(
-                &entry.name,
-                format!("the axis {name:?} is there twice; keep one"),
-            ));
-        }
-    }
+    check_names(source, file, &names)?;
     let mut wiring = Wiring {
         counters: counters(source, &file.wiring)?,
         converter: Converter {
@@ -105,11 +85,49 @@ pub(crate) fn described(source: &Source<'_>, file: &RigFile, model: &Model) -> R
             (learnt.inertia, minus),
             header.sample_rate_hz,
         )?);
+        let place = |signed: Signed| signed.place;
+        let counters = |w: &AxisWiring| (w.far.place, w.near.map(place));
+        if wiring
+            .axes
+            .iter()
+            .any(|other| counters(other) == counters(&wired))
+        {
+            return Err(source.wrong(
+                &entry.far,
+                "the other axis reads the same counters, so that both would move alike; name those of this axis",
+            ));
+        }
         // A model has at most two axes.
         let _ = wiring.axes.push(wired);
     }
     wiring.converter.gain_log2 = channels.gain_log2;
     Ok(Described { axes, wiring })
+}
+
+/// Refuses an axis that the model has not, and one that is there twice.
+fn check_names(source: &Source<'_>, file: &RigFile, names: &[&str]) -> Result<()> {
+    for (at, entry) in file.axis.iter().enumerate() {
+        let name = entry.name.get_ref().as_str();
+        if !names.contains(&name) {
+            let what = format!(
+                "the model has no axis {name:?}; {}",
+                suggestion(name, names)
+            );
+            return Err(source.wrong(&entry.name, what));
+        }
+        if file
+            .axis
+            .iter()
+            .take(at)
+            .any(|other| other.name.get_ref() == name)
+        {
+            return Err(source.wrong(
+                &entry.name,
+                format!("the axis {name:?} is there twice; keep one"),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The converter's channels that are given away, and their gains.

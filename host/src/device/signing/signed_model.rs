@@ -5,6 +5,7 @@ use super::PrivateKey;
 use crate::text::error::{Error, Result};
 use crate::text::input;
 use ed25519_compact::sha512::Hash;
+use jointwatch_shared::base::Model;
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::bytes::Bytes;
 use jointwatch_shared::wire::slot::{
@@ -164,6 +165,23 @@ impl SignedModel {
     /// The signature, if somebody signed.
     pub fn signature(&self) -> Option<&[u8; SIGNATURE_LEN]> {
         self.signature.as_ref()
+    }
+
+    /// The model alone.
+    ///
+    /// # Errors
+    /// [`crate::text::error::Kind::Data`]; none for what [`read`](Self::read) gave.
+    pub fn model(&self) -> Result<Model> {
+        let bytes = self.content.get(..BLOB_LEN).unwrap_or_default();
+        blob::decode(bytes).map_err(|e| Error::data(e.to_string()))
+    }
+
+    /// The name of the class of devices that it is for; empty for firmware without one.
+    pub fn class(&self) -> String {
+        let bytes = self.header.class.bytes();
+        String::from_utf8_lossy(&bytes)
+            .trim_end_matches('\0')
+            .to_owned()
     }
 
     /// Bytes of the rig block.

@@ -13,8 +13,9 @@ use jointwatch_shared::wire::rig::Rig;
 use std::path::Path;
 
 /// Writes the folder `out`, which must not hold anything yet, from the frames in `bytes`. `rig` is
-/// the block that the device runs with, and `model` the blob, whose correction of the force
-/// channels' gain the block contains and the records must not.
+/// the block that the device runs with, whose skews are taken off the channels, and `model` the
+/// blob, whose corrections of the force channels' gain and lateness the block contains and the
+/// records must not.
 ///
 /// # Errors
 /// [`crate::text::error::Kind::Data`] when there are no frames, none with counts, or frames of a
@@ -35,6 +36,7 @@ pub fn write(
         .zip(model.into_iter().flat_map(Model::corrections))
     {
         axis.force_step /= 1.0 - correction.excess;
+        axis.force_delay_samples -= correction.delay_s * rig.sample_rate_hz;
     }
     write::study(&heard, &rig, model.is_some(), out)
 }

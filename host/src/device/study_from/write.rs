@@ -2,6 +2,7 @@
 
 use super::frames::{Counts, Heard, Run};
 use super::written::{StudyFrom, Written};
+use crate::model::corrections::later;
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use jointwatch_shared::monitor::limits::CHANNELS;
@@ -27,6 +28,8 @@ struct Channel {
     step: f64,
     /// What it is at count 0.
     zero: f64,
+    /// By how many samples the board reads it late, which is taken off.
+    late: f64,
 }
 
 /// One axis as it is written.
@@ -134,7 +137,9 @@ fn said(heard: &Heard, rig: &Rig, raw_force: bool, rate: f64) -> Vec<String> {
     let corrected = |axis: &RigAxis| axis.force_cross != 0.0 || axis.force_delay_samples != 0.0;
     if !raw_force && rig.axes.iter().any(corrected) {
         notes.push(
-            "the device's model corrects its force channels; name its blob with --model to have them as measured".to_owned(),
+            "the rig block corrects its force channels, and how much of that is its model's doing only its blob tells; name it with --model \
+             to have them as measured"
+                .to_owned(),
         );
     }
     notes
@@ -185,6 +190,15 @@ fn axes<'a>(heard: &Heard, rig: &'a Rig) -> (Vec<Axis<'a>>, Vec<String>) {
                 axis.input_step,
             ),
         ];
+        let delays = axis.delays;
+        let late = [
+            delays.displacement,
+            delays.displacement,
+            delays.body,
+            delays.acceleration,
+            axis.force_delay_samples,
+            delays.input,
+        ];
         let channels = channels.into_iter().enumerate();
         let channels = channels.filter(|(_, (wired, ..))| *wired);
         Axis {
@@ -194,6 +208,7 @@ fn axes<'a>(heard: &Heard, rig: &'a Rig) -> (Vec<Axis<'a>>, Vec<String>) {
                     place,
                     step,
                     zero: if place == INPUT { axis.input_zero } else { 0.0 },
+                    late: late[place],
                 })
                 .collect(),
             name,
@@ -226,33 +241,52 @@ fn record(
         missing: 0,
         in_study: false,
     };
-    let mut next = None;
+    // Samples without a gap between them.
+    let mut stretch: Vec<(u64, &Counts)> = Vec::new();
     for (number, counts) in run.samples.range(range) {
         // A stream that was asked for anew may come more often than most of it did.
-        let distance = number.saturating_sub(next.unwrap_or(*number));
+        let next = stretch.last().map_or(*number, |(last, _)| last + every);
+        let distance = number.saturating_sub(next);
         if distance > 0 {
             written.gaps += 1;
             written.missing += distance / every;
+            rows(&mut text, &stretch, (rate, every), axes);
+            stretch.clear();
         }
-        next = Some(number + every);
         written.rows += 1;
-        row(&mut text, *number as f64 / rate, counts, axes);
+        stretch.push((*number, counts));
     }
+    rows(&mut text, &stretch, (rate, every), axes);
     (written.rows > 0).then_some((written, text))
 }
 
-fn row(text: &mut String, time: f64, counts: &Counts, axes: &[Axis<'_>]) {
-    let _ = write!(text, "{time:?}");
-    for (axis, counts) in axes.iter().zip(counts) {
+/// Rows of samples without a gap, every channel put in time.
+fn rows(
+    text: &mut String,
+    stretch: &[(u64, &Counts)],
+    (rate, every): (f64, u64),
+    axes: &[Axis<'_>],
+) {
+    let mut columns = Vec::new();
+    for (number, axis) in axes.iter().enumerate() {
         for channel in &axis.channels {
-            let _ = write!(
-                text,
-                ",{:?}",
-                channel.zero + f64::from(counts[channel.place]) * channel.step
-            );
+            let value = |(_, counts): &(u64, &Counts)| {
+                channel.zero + f64::from(counts[number][channel.place]) * channel.step
+            };
+            let values: Vec<f64> = stretch.iter().map(value).collect();
+            columns.push(match channel.late == 0.0 {
+                true => values,
+                false => later(&values, channel.late / every as f64),
+            });
         }
     }
-    text.push('\n');
+    for (row, (number, _)) in stretch.iter().enumerate() {
+        let _ = write!(text, "{:?}", *number as f64 / rate);
+        for column in &columns {
+            let _ = write!(text, ",{:?}", column[row]);
+        }
+        text.push('\n');
+    }
 }
 
 fn study_toml(axes: &[Axis<'_>], records: &[Written]) -> String {

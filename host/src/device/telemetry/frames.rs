@@ -46,8 +46,8 @@ pub fn of(
         access: Access::default(),
     }));
     let mut watch = ReplayedWatch::new(set_up.rig.sample_rate_hz, model.axes(), monitor);
-    for (raw, output) in set_up.samples(record, model) {
-        let reports = watch.sample(&raw, output.as_ref(), &Faults::default());
+    for sample in set_up.samples(record, model) {
+        let reports = watch.sample(&sample.raw, sample.output.as_ref(), &sample.faults);
         reports.iter().for_each(|report| sender.send(report));
     }
     sender.bytes

@@ -8,7 +8,7 @@
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::learner::Taken;
 use crate::diagnose::search::bench::Bench;
-use crate::diagnose::search::rank::Looked;
+use crate::diagnose::search::rank::ScoredHypothesis;
 use crate::model::effects::AxisEffect;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -89,9 +89,9 @@ pub(crate) struct Rivals<'a> {
 
 impl<'a> Rivals<'a> {
     /// Reads them, on this axis.
-    pub(crate) fn of(looked: &[&'a Looked], bench: &Bench<'_>) -> Self {
+    pub(crate) fn of(looked: &[&'a ScoredHypothesis], bench: &Bench<'_>) -> Self {
         let all = || looked.iter().copied();
-        let unseen = |l: &Looked| {
+        let unseen = |l: &ScoredHypothesis| {
             let added = l.hypothesis.added().iter();
             let remember = added.filter(|bound| !bound.entry.state_bounds.is_empty());
             if bench.reverses { 0 } else { remember.count() }
@@ -136,13 +136,13 @@ impl<'a> Rivals<'a> {
     }
 
     /// Whether what was looked at loses no more than that to `other`.
-    pub(crate) fn keeps_up(&self, looked: &Looked, other: &Looked) -> bool {
+    pub(crate) fn keeps_up(&self, looked: &ScoredHypothesis, other: &ScoredHypothesis) -> bool {
         let [looked, other] = [looked, other].map(Judged::of);
         self.is_as_good(looked, other, &vec![1.0; other.errors.len()])
     }
 
     /// The sets that are as good as this one and have fewer numbers, the simplest first.
-    pub(crate) fn simpler(&self, than: &Looked) -> Vec<usize> {
+    pub(crate) fn simpler(&self, than: &ScoredHypothesis) -> Vec<usize> {
         let other = Judged::of(than);
         let weights = vec![1.0; other.errors.len()];
         let fewer = (0..self.all.len()).filter(|&at| self.all[at].numbers < other.numbers);
@@ -210,7 +210,7 @@ struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
-    fn of(looked: &'a Looked) -> Self {
+    fn of(looked: &'a ScoredHypothesis) -> Self {
         Self {
             added: looked.hypothesis.added(),
             errors: &looked.score.log_errors,
@@ -254,7 +254,7 @@ impl Chances {
         rivals: &Rivals<'_>,
         (block_of, count): (&[usize], usize),
         taken: &Taken,
-        [base, decided, laws]: [&Looked; 3],
+        [base, decided, laws]: [&ScoredHypothesis; 3],
         weak: &[AxisEffect],
     ) -> Self {
         let mut chances = Self::default();
@@ -277,7 +277,9 @@ impl Chances {
                 sum / whole
             };
             let gain = power(&mut gains.iter().copied());
-            let of = |looked: &Looked| power(&mut looked.score.log_errors.iter().map(|e| e.exp()));
+            let of = |looked: &ScoredHypothesis| {
+                power(&mut looked.score.log_errors.iter().map(|e| e.exp()))
+            };
             let named = (of(base) - of(laws)).max(0.0);
             let pieces = (of(laws) - of(decided)).max(0.0);
             let left = taken.before.iter().zip(&taken.after);

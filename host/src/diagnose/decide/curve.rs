@@ -4,7 +4,7 @@
 use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::search::bench::{Bench, rows_of};
 use crate::diagnose::search::hypothesis::Column;
-use crate::diagnose::search::rank::Looked;
+use crate::diagnose::search::rank::ScoredHypothesis;
 use crate::diagnose::search::score::Score;
 use crate::model::effects::AxisEffect;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub(crate) struct Curve {
 impl Curve {
     /// The curve that predicts at least as well as the most laws of a set in whose place it stands,
     /// with the numbers of both priced.
-    pub(crate) fn in_place_of(bench: &Bench<'_>, decided: &Looked) -> Option<Self> {
+    pub(crate) fn in_place_of(bench: &Bench<'_>, decided: &ScoredHypothesis) -> Option<Self> {
         let added = decided.hypothesis.added();
         if added.len() < PIECES {
             return None;
@@ -65,7 +65,7 @@ impl Curve {
 /// The rank of a set with the best curve, of so many polynomials, in the place of some of its laws.
 fn rank(
     bench: &Bench<'_>,
-    decided: &Looked,
+    decided: &ScoredHypothesis,
     pieces: &[AxisEffect],
     (counts, polynomials): (&[usize], &[Column]),
 ) -> f64 {

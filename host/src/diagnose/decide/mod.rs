@@ -8,7 +8,7 @@ use crate::diagnose::criteria::CRITERIA;
 use crate::diagnose::learner::{Inputs, Knows, Left, Taken};
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::{Column, Hypothesis};
-use crate::diagnose::search::rank::{Field, Looked, look, rank};
+use crate::diagnose::search::rank::{Field, ScoredHypothesis, look, rank};
 use crate::model::effects::AxisEffect;
 use crate::signal::statistics::rms;
 use chances::{Chances, Rivals, falls, is_gained, mean_and_error};
@@ -41,16 +41,16 @@ pub(super) struct Decision {
     /// What the learner takes away of what is left.
     pub(super) taken: Taken,
     /// Those of the effects that are more than pieces of a shape without a name.
-    pub(super) laws: Looked,
+    pub(super) laws: ScoredHypothesis,
     /// A curve without a law that does for several of the effects.
     pub(super) curve: Option<Curve>,
     /// The inputs with which it takes most of that, and the parts of the error's power that it
     /// takes at each step.
     pub(super) follows: Option<Knows>,
     /// Hypotheses of one effect, best first, with those that explain the same.
-    pub(super) singles: Vec<(Looked, Vec<String>)>,
+    pub(super) singles: Vec<(ScoredHypothesis, Vec<String>)>,
     /// Everything that was looked at.
-    pub(super) looked: Vec<Looked>,
+    pub(super) looked: Vec<ScoredHypothesis>,
     /// How likely every effect is, that nothing is missing, and that something is that has no
     /// name.
     pub(super) chances: Chances,
@@ -69,7 +69,7 @@ impl Decision {
 
     /// Interval, at 95 %, of the factor by which a hypothesis brings the error down, block by
     /// block.
-    pub(super) fn drop_interval(&self, looked: &Looked) -> [f64; 2] {
+    pub(super) fn drop_interval(&self, looked: &ScoredHypothesis) -> [f64; 2] {
         drop_interval(&falls(&self.base_errors, &looked.score.log_errors))
     }
 
@@ -131,7 +131,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
     let full = field.full;
     let base = look(full, base, &[]);
     let looked = rank(field, base.clone());
-    let mut sound: Vec<&Looked> = looked
+    let mut sound: Vec<&ScoredHypothesis> = looked
         .iter()
         .filter(|l| {
             l.hypothesis.added().is_empty() || (l.sound && helps(l, &base, full.least_share))
@@ -151,7 +151,7 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
                 .unwrap_or(choice);
         }
         edged.get_or_insert(choice);
-        let holds = |l: &Looked| added.iter().all(|b| l.hypothesis.added().contains(b));
+        let holds = |l: &ScoredHypothesis| added.iter().all(|b| l.hypothesis.added().contains(b));
         sound.retain(|l| !holds(l));
     };
     let Choice {
@@ -213,10 +213,10 @@ pub(super) fn decide(field: &Field<'_, '_>, axes: usize, base: &Hypothesis) -> D
 /// [`lost_without_each`] makes of `decided`.
 fn gains(
     bench: &Bench<'_>,
-    decided: &Looked,
-    lost: &[(f64, AxisEffect, Looked)],
+    decided: &ScoredHypothesis,
+    lost: &[(f64, AxisEffect, ScoredHypothesis)],
 ) -> Vec<(AxisEffect, Vec<f64>)> {
-    let gain = |(_, bound, without): &(f64, AxisEffect, Looked)| {
+    let gain = |(_, bound, without): &(f64, AxisEffect, ScoredHypothesis)| {
         let mut gains = falls(&without.score.log_errors, &decided.score.log_errors);
         gains.truncate(bench.blocks.dealt());
         (*bound, gains)
@@ -245,26 +245,31 @@ struct Choice<'a> {
     rivals: Rivals<'a>,
     /// Those that no other one beats.
     good: Vec<usize>,
-    chosen: &'a Looked,
+    chosen: &'a ScoredHypothesis,
     pruned: Pruned,
 }
 
 /// A set without what explains next to nothing.
 struct Pruned {
-    decided: Looked,
+    decided: ScoredHypothesis,
     /// Error power that is lost without each of its effects, the least first, with what stays.
-    lost: Vec<(f64, AxisEffect, Looked)>,
+    lost: Vec<(f64, AxisEffect, ScoredHypothesis)>,
     /// What the learner takes away of what it leaves.
     taken: Taken,
 }
 
 impl<'a> Choice<'a> {
-    fn of(field: &Field<'_, '_>, inputs: &Inputs, sound: &[&'a Looked], base: &Looked) -> Self {
+    fn of(
+        field: &Field<'_, '_>,
+        inputs: &Inputs,
+        sound: &[&'a ScoredHypothesis],
+        base: &ScoredHypothesis,
+    ) -> Self {
         let rivals = Rivals::of(sound, field.full);
         let alike = vec![1.0; base.score.log_errors.len()];
         let good = rivals.good(&alike);
         let mut chosen = sound[rivals.simplest(&good, &alike)];
-        let of = |looked: &Looked| pruned(field, inputs, looked.clone(), base);
+        let of = |looked: &ScoredHypothesis| pruned(field, inputs, looked.clone(), base);
         let mut pruned = of(chosen);
         // Of what is left of a set another one may be as good, and simpler, after the same.
         while let Some((simpler, rest)) = rivals
@@ -286,7 +291,7 @@ impl<'a> Choice<'a> {
 
 /// Whether a hypothesis beats the base by more than chance, and by more than every model of a real
 /// joint is wrong by.
-fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
+fn helps(looked: &ScoredHypothesis, base: &ScoredHypothesis, least_share: f64) -> bool {
     let pairs = base.score.log_errors.iter().zip(&looked.score.log_errors);
     let gains: Vec<f64> = pairs.map(|(before, after)| before - after).collect();
     let explained = base.score.error.powi(2) - looked.score.error.powi(2);
@@ -297,9 +302,14 @@ fn helps(looked: &Looked, base: &Looked, least_share: f64) -> bool {
 /// no name: it cannot be told from that. What is lost without each effect is asked when the others
 /// are found anew. Two that stand in for each other would hide each other, so the least important
 /// one goes first.
-fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Looked) -> Pruned {
-    let power = |looked: &Looked| looked.score.error.powi(2);
-    let taken = |looked: &Looked| {
+fn pruned(
+    field: &Field<'_, '_>,
+    inputs: &Inputs,
+    mut decided: ScoredHypothesis,
+    base: &ScoredHypothesis,
+) -> Pruned {
+    let power = |looked: &ScoredHypothesis| looked.score.error.powi(2);
+    let taken = |looked: &ScoredHypothesis| {
         let design = field.full.design(&looked.hypothesis, &looked.parts);
         all_taken(field.full, inputs, &design)
     };
@@ -334,9 +344,12 @@ fn pruned(field: &Field<'_, '_>, inputs: &Inputs, mut decided: Looked, base: &Lo
 
 /// Error power that is lost without each added effect when the others are found anew, the least
 /// first, with what stays.
-fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect, Looked)> {
+fn lost_without_each(
+    field: &Field<'_, '_>,
+    of: &ScoredHypothesis,
+) -> Vec<(f64, AxisEffect, ScoredHypothesis)> {
     let added = of.hypothesis.added().par_iter();
-    let mut lost: Vec<(f64, AxisEffect, Looked)> = added
+    let mut lost: Vec<(f64, AxisEffect, ScoredHypothesis)> = added
         .map(|bound| {
             let narrower = of.hypothesis.without(bound);
             let refined = field.excerpt.refined(&narrower, false, STEPS);
@@ -357,11 +370,11 @@ fn lost_without_each(field: &Field<'_, '_>, of: &Looked) -> Vec<(f64, AxisEffect
 /// `lost` is what [`lost_without_each`] makes of `decided`.
 fn laws(
     field: &Field<'_, '_>,
-    decided: &Looked,
-    lost: Vec<(f64, AxisEffect, Looked)>,
+    decided: &ScoredHypothesis,
+    lost: Vec<(f64, AxisEffect, ScoredHypothesis)>,
     (without_name, curve): (f64, Option<&Curve>),
-) -> Looked {
-    let power = |looked: &Looked| looked.score.error.powi(2);
+) -> ScoredHypothesis {
+    let power = |looked: &ScoredHypothesis| looked.score.error.powi(2);
     let (mut laws, mut lost) = (decided.clone(), Some(lost));
     while laws.hypothesis.added().len() > 1 {
         let mut each = lost
@@ -385,14 +398,14 @@ fn laws(
 /// `as_good` as the best one cannot be told from each other either.
 fn singles(
     bench: &Bench<'_>,
-    looked: &[Looked],
-    base: &Looked,
-    decided: &Looked,
+    looked: &[ScoredHypothesis],
+    base: &ScoredHypothesis,
+    decided: &ScoredHypothesis,
     as_good: &[AxisEffect],
-) -> Vec<(Looked, Vec<String>)> {
-    let alone = |l: &&Looked| l.hypothesis.added().len() == 1;
-    let mut singles: Vec<Looked> = looked.iter().filter(alone).cloned().collect();
-    let order = |a: &Looked, b: &Looked| {
+) -> Vec<(ScoredHypothesis, Vec<String>)> {
+    let alone = |l: &&ScoredHypothesis| l.hypothesis.added().len() == 1;
+    let mut singles: Vec<ScoredHypothesis> = looked.iter().filter(alone).cloned().collect();
+    let order = |a: &ScoredHypothesis, b: &ScoredHypothesis| {
         b.sound
             .cmp(&a.sound)
             .then(a.score.rank.total_cmp(&b.score.rank))
@@ -412,7 +425,7 @@ fn singles(
         }
     }
     singles.sort_by(order);
-    let left = |looked: &Looked| {
+    let left = |looked: &ScoredHypothesis| {
         bench
             .solved(&bench.design(&looked.hypothesis, &looked.parts))
             .1

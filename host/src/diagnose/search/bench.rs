@@ -151,9 +151,7 @@ impl<'a> Bench<'a> {
     fn bound_by(&mut self, base: &Hypothesis) {
         let parts = self.parts(base, &[]);
         let columns = self.columns(&parts, base.base);
-        let products = self.products(&columns, &[], 0..self.measured.len());
-        let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
-        let factors = bounded::factors(&products, &bounds);
+        let (factors, _) = self.factors(&columns);
         let forces = columns.iter().zip(&factors);
         let largest = forces.map(|(c, f)| f.abs() * rms(&c.data));
         self.scale = largest.fold(self.scale, f64::max);
@@ -373,9 +371,7 @@ impl<'a> Bench<'a> {
             return self.base_tangents.clone();
         }
         let columns = self.columns(parts, hypothesis.base);
-        let products = self.products(&columns, &[], 0..self.measured.len());
-        let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
-        let factors = bounded::factors(&products, &bounds);
+        let (factors, _) = self.factors(&columns);
         let slopes = self.slopes(parts, &factors, fixed).into_iter();
         let columns = slopes.map(|slope| Column {
             data: Arc::new(slope),
@@ -408,11 +404,16 @@ impl<'a> Bench<'a> {
         columns
     }
 
-    /// Factors of a design's columns, and what they leave of the force.
-    pub(crate) fn solved(&self, columns: &[Column]) -> (Vec<f64>, Vec<f64>) {
+    /// Factors of a design's columns on all rows, and the products that they follow from.
+    pub(super) fn factors(&self, columns: &[Column]) -> (Vec<f64>, Mat<f64>) {
         let products = self.products(columns, &[], 0..self.measured.len());
         let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
-        let factors = bounded::factors(&products, &bounds);
+        (bounded::factors(&products, &bounds), products)
+    }
+
+    /// Factors of a design's columns, and what they leave of the force.
+    pub(crate) fn solved(&self, columns: &[Column]) -> (Vec<f64>, Vec<f64>) {
+        let (factors, _) = self.factors(columns);
         let mut left = self.measured.to_vec();
         for (column, factor) in columns.iter().zip(&factors) {
             let pairs = left.iter_mut().zip(column.data.iter());

@@ -31,9 +31,7 @@ impl Bench<'_> {
         let cost = |parts: &[Part]| {
             let mut columns = self.columns(parts, start.base);
             columns.extend(tangents.iter().cloned());
-            let products = self.products(&columns, &[], 0..self.measured.len());
-            let bounds: Vec<[f64; 2]> = columns.iter().map(|c| c.bounds).collect();
-            let factors = bounded::factors(&products, &bounds);
+            let (factors, products) = self.factors(&columns);
             (bounded::left(&products, &factors), factors, columns)
         };
         let mut at = cost(&parts);

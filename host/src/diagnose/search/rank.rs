@@ -33,7 +33,7 @@ const NEAR: f64 = 1.5;
 
 /// A hypothesis that was looked at.
 #[derive(Clone)]
-pub(crate) struct Looked {
+pub(crate) struct ScoredHypothesis {
     /// The effects with the values that fit best.
     pub(crate) hypothesis: Hypothesis,
     pub(crate) parts: Vec<Part>,
@@ -52,14 +52,14 @@ pub(crate) struct Field<'a, 'b> {
 }
 
 /// Looks at a hypothesis with the shapes that it has; columns of `known` parts are taken over.
-pub(crate) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -> Looked {
+pub(crate) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -> ScoredHypothesis {
     work::step();
     let parts = bench.parts(hypothesis, known);
     let design = bench.design(hypothesis, &parts);
     let judged = bench.judged(&design);
     let score = bench.score(hypothesis, &parts, &judged);
     let hypothesis = bench.valued(hypothesis, &parts, &judged.all);
-    Looked {
+    ScoredHypothesis {
         sound: bench.is_sound(&hypothesis, &parts, &judged.all),
         hypothesis,
         parts,
@@ -68,7 +68,7 @@ pub(crate) fn look(bench: &Bench<'_>, hypothesis: &Hypothesis, known: &[Part]) -
 }
 
 /// Every hypothesis that was looked at, the base first.
-pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
+pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredHypothesis> {
     let mut seen = HashSet::from([base.hypothesis.key()]);
     let mut beam = vec![base.clone()];
     let mut all = vec![base];
@@ -102,7 +102,7 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
             }
             look(field.full, &refined, known)
         };
-        let mut tried: Vec<Looked> = moves.into_par_iter().map(look_at).collect();
+        let mut tried: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         let best = tried.iter().take(SETTLED * CRITERIA.width);
         let mut moves: Vec<(Hypothesis, &[Part])> = best
@@ -112,7 +112,7 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: Looked) -> Vec<Looked> {
             })
             .collect();
         moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
-        let squared: Vec<Looked> = moves.into_par_iter().map(look_at).collect();
+        let squared: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
         tried.extend(squared);
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
@@ -215,7 +215,7 @@ fn is_plain(bound: &AxisEffect) -> bool {
 }
 
 /// What is not physics comes after what is.
-fn order(looked: &Looked) -> f64 {
+fn order(looked: &ScoredHypothesis) -> f64 {
     looked.score.rank
         + if looked.sound {
             0.0
@@ -224,7 +224,7 @@ fn order(looked: &Looked) -> f64 {
         }
 }
 
-fn best_rank(all: &[Looked]) -> f64 {
+fn best_rank(all: &[ScoredHypothesis]) -> f64 {
     all.iter()
         .map(|l| l.score.rank)
         .fold(f64::INFINITY, f64::min)

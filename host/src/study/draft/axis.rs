@@ -1,7 +1,7 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
-use super::parts::{DraftAxis, DraftChannel, Log, Said, factor, names};
+use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, factor, names};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
 use crate::study::channels::units::{Quantity, is_bare};
@@ -14,7 +14,7 @@ use crate::text::error::{Error, Result};
 pub(super) fn axes(
     logs: &[Log<'_>],
     time: Option<&str>,
-    said: &Said,
+    said: &UserChoices,
     findings: &mut Vec<String>,
 ) -> Result<Vec<DraftAxis>> {
     let survey = logs[0].survey;
@@ -56,7 +56,7 @@ pub(super) fn axes(
 }
 
 /// Refuses columns that the user named twice, or that are not there.
-pub(super) fn check_said(survey: &Survey, said: &Said) -> Result<()> {
+pub(super) fn check_said(survey: &Survey, said: &UserChoices) -> Result<()> {
     for (place, (role, column)) in said.columns.iter().enumerate() {
         let before = &said.columns[..place];
         if before.iter().any(|(other, _)| other == role) {
@@ -86,7 +86,7 @@ pub(super) fn check_said(survey: &Survey, said: &Said) -> Result<()> {
 }
 
 /// Says which part of an axis is missing, and why where a column would be it.
-pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said) -> Error {
+pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &UserChoices) -> Error {
     let parts = Parts::of(survey, time, AxisKind::Translation, said, &[]);
     let no_force = parts.force.is_empty() && !said.is_free(survey);
     let (missing, quantity): (_, fn(AxisKind) -> Quantity) = match no_force {
@@ -132,7 +132,7 @@ pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &Said)
 
 /// Translation first, unless a column that the user named turns, or the only position is an angle:
 /// that of a motor with a current in place of a force is one where it states no unit.
-pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &Said) -> [AxisKind; 2] {
+pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &UserChoices) -> [AxisKind; 2] {
     use AxisKind::{Rotation, Translation};
     let turns = |role: &str, quantity: &dyn Fn(AxisKind) -> Quantity| {
         let column = said.column(role).and_then(|name| survey.column(name));
@@ -162,7 +162,7 @@ fn best_axis(
     logs: &[Log<'_>],
     parts: &Parts<'_>,
     kind: AxisKind,
-    said: &Said,
+    said: &UserChoices,
     findings: &mut Vec<String>,
 ) -> Result<DraftAxis> {
     // Of columns that may as well be the force by their names, the one that the motion explains
@@ -239,7 +239,7 @@ fn another_side<'a>(
     chosen: &Trial<'_>,
     parts: &Parts<'a>,
     kind: AxisKind,
-    said: &Said,
+    said: &UserChoices,
 ) -> Option<&'a SurveyedColumn> {
     let alone = chosen.second.is_none() && parts.derivative == 0;
     if !alone || said.column("displacement").is_some() {
@@ -257,7 +257,7 @@ pub(super) fn channel(
     logs: &[Log<'_>],
     column: &SurveyedColumn,
     quantity: Quantity,
-    said: &Said,
+    said: &UserChoices,
     findings: &mut Vec<String>,
 ) -> DraftChannel {
     let named = said.columns.iter().any(|(_, name)| *name == column.name);
@@ -367,7 +367,7 @@ fn axis_of(
     parts: &Parts<'_>,
     force: &SurveyedColumn,
     kind: AxisKind,
-    said: &Said,
+    said: &UserChoices,
     findings: &mut Vec<String>,
 ) -> DraftAxis {
     let position = parts.logged(kind);
@@ -461,7 +461,7 @@ pub(super) fn velocity_of<'a>(
     parts: &Parts<'a>,
     pair: (&'a SurveyedColumn, Option<&SurveyedColumn>),
     kind: AxisKind,
-    said: &Said,
+    said: &UserChoices,
 ) -> Option<&'a SurveyedColumn> {
     if parts.are_velocities() {
         return Some(pair.0);

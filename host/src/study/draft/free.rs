@@ -3,7 +3,7 @@
 use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft, velocity_of};
 use super::decay::free_decays;
 use super::nameless;
-use super::parts::{DraftAxis, Log, Said, factor};
+use super::parts::{DraftAxis, Log, UserChoices, factor};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::joint_motion;
@@ -21,7 +21,7 @@ use std::borrow::Cow;
 pub(super) fn free_axis(
     logs: &[Log<'_>],
     time: Option<&str>,
-    said: &Said,
+    said: &UserChoices,
     findings: &mut Vec<String>,
 ) -> Result<(DraftAxis, Vec<Vec<[usize; 2]>>)> {
     check_said(logs[0].survey, said)?;
@@ -108,7 +108,12 @@ impl Swing<'_> {
 }
 
 /// Every body that may swing, the likeliest on a base at rest first.
-fn swings<'a>(logs: &[Log<'_>], parts: &Parts<'a>, kind: AxisKind, said: &Said) -> Vec<Swing<'a>> {
+fn swings<'a>(
+    logs: &[Log<'_>],
+    parts: &Parts<'a>,
+    kind: AxisKind,
+    said: &UserChoices,
+) -> Vec<Swing<'a>> {
     let kinds = (kind, parts);
     let mut swings = Vec::new();
     for body in &parts.displacement {
@@ -198,7 +203,7 @@ fn axis_of(
     swing: &Swing<'_>,
     parts: &Parts<'_>,
     kind: AxisKind,
-    said: &Said,
+    said: &UserChoices,
     findings: &mut Vec<String>,
 ) -> DraftAxis {
     let log = &logs[0];

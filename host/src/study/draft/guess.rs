@@ -1,7 +1,7 @@
 //! The guesses that concern the study as a whole: time, roles, and that the logs go together.
 
 use super::free::free_axis;
-use super::parts::{Draft, DraftAxis, Log, Said, names};
+use super::parts::{Draft, DraftAxis, Log, UserChoices, names};
 use super::records::{parts_of, records};
 use super::runs::{one_below_another, side_by_side};
 use super::{arrival, axis, sparse};
@@ -24,7 +24,7 @@ const NEAR_RATE: f64 = 0.02;
 /// # Errors
 /// [`crate::text::error::Kind::Data`]: the logs do not go together, or no force or no displacement
 /// can be told; the sentence says how to name it.
-pub fn draft(surveys: &[Survey], said: &Said) -> Result<Draft> {
+pub fn draft(surveys: &[Survey], said: &UserChoices) -> Result<Draft> {
     let mut findings = Vec::new();
     let surveys = &*runs_of(surveys, &mut findings);
     let Some(first) = surveys.first() else {
@@ -256,7 +256,7 @@ fn evenly(
     (Some(time), Some(resample_hz), None)
 }
 
-fn time_of(surveys: &[Survey], said: &Said) -> Result<Option<SurveyedTime>> {
+fn time_of(surveys: &[Survey], said: &UserChoices) -> Result<Option<SurveyedTime>> {
     let first = &surveys[0];
     let mut time = first.time.clone();
     if let Some(column) = said.column("time") {

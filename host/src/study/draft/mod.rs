@@ -20,5 +20,5 @@ mod trial;
 mod write;
 
 pub use guess::draft;
-pub use parts::{Draft, DraftAxis, DraftChannel, DraftRecord, Said};
+pub use parts::{Draft, DraftAxis, DraftChannel, DraftRecord, UserChoices};
 pub use write::text;

@@ -6,7 +6,7 @@
 //! began, or loses next to nothing, tells neither. Nor does it tell a driven body from a joint of
 //! which one column is counted the other way; that the body moves more smoothly does.
 
-use super::parts::{Log, Said};
+use super::parts::{Log, UserChoices};
 use super::trial::{BETTER, DERIVATIVE, LOSSY, with_work};
 use crate::study::survey::{Survey, SurveyedColumn};
 
@@ -21,12 +21,12 @@ const ROUGHER: f64 = 1.2;
 /// measurement.
 const MEASURED: usize = 8;
 
-/// The roles of columns that no names tell apart, as [`Said`] has them: of two the displacement and
+/// The roles of columns that no names tell apart, as [`UserChoices`] has them: of two the displacement and
 /// the force, of three the velocity as well. `None` where there are others, or nothing tells.
 pub(super) fn roles(
     logs: &[Log<'_>],
     time: Option<&str>,
-    said: &Said,
+    said: &UserChoices,
 ) -> Option<Vec<(String, String)>> {
     let survey = logs[0].survey;
     let timeless = said.is_timeless(survey);
@@ -85,7 +85,7 @@ fn derivative<'a>(logs: &[Log<'_>], columns: &[&'a str]) -> Option<[&'a str; 2]>
 pub(super) fn position(
     survey: &Survey,
     time: Option<&str>,
-    said: &Said,
+    said: &UserChoices,
 ) -> Option<(String, String)> {
     match nameless(survey, time, said)?.as_slice() {
         [only] => Some(("displacement".into(), (*only).into())),
@@ -95,7 +95,11 @@ pub(super) fn position(
 
 /// The columns that change, beside that of the time, in a log whose names are numbers or say the
 /// same of all, as x and y do; `None` where a name or the user says what one is.
-fn nameless<'a>(survey: &'a Survey, time: Option<&str>, said: &Said) -> Option<Vec<&'a str>> {
+fn nameless<'a>(
+    survey: &'a Survey,
+    time: Option<&str>,
+    said: &UserChoices,
+) -> Option<Vec<&'a str>> {
     let motion = ["displacement", "velocity", "acceleration"];
     let is_said = |role: &&str| said.column(role).is_some();
     if motion.iter().any(is_said) || (is_said(&"force") && !said.is_free(survey)) {

@@ -36,7 +36,7 @@ pub struct DraftRecord {
 
 /// What a user has said, so that it need not be guessed.
 #[derive(Clone, Debug, Default)]
-pub struct Said {
+pub struct UserChoices {
     /// `role=column` pairs; roles are time (or `time=none` for a quasi-static log), displacement,
     /// velocity, acceleration and force (or `force=0` where nothing is applied).
     pub columns: Vec<(String, String)>,
@@ -46,7 +46,7 @@ pub struct Said {
     pub inertia: Option<f64>,
 }
 
-impl Said {
+impl UserChoices {
     /// Whether the user said that the rows of a log count no time.
     pub(super) fn is_timeless(&self, survey: &Survey) -> bool {
         self.column("time") == Some("none") && survey.column("none").is_none()

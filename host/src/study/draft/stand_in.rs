@@ -1,21 +1,25 @@
 //! Columns that stand for a displacement or a force which no name tells.
 
 use super::nameless;
-use super::parts::{Log, Said};
+use super::parts::{Log, UserChoices};
 use crate::study::AxisKind;
 use crate::study::channels::units::{Quantity, is_of_current};
 use crate::study::survey::{Survey, SurveyedColumn};
 
 /// What is taken for what, and why.
 pub(super) struct StandIn {
-    /// Roles and columns, as [`Said`] has them.
+    /// Roles and columns, as [`UserChoices`] has them.
     pub(super) roles: Vec<(String, String)>,
     /// A sentence for the user, without its full stop.
     pub(super) why: String,
 }
 
 /// The columns that stand for what an axis lacks; `None` where nothing tells.
-pub(super) fn stand_in(logs: &[Log<'_>], time: Option<&str>, said: &Said) -> Option<StandIn> {
+pub(super) fn stand_in(
+    logs: &[Log<'_>],
+    time: Option<&str>,
+    said: &UserChoices,
+) -> Option<StandIn> {
     let survey = logs[0].survey;
     let by_numbers = nameless::roles(logs, time, said).map(|roles| StandIn {
         why: by_numbers(&roles),
@@ -45,7 +49,7 @@ fn by_numbers(roles: &[(String, String)]) -> String {
 }
 
 /// The angle of a log with a force and no length, as the drift of a storey is.
-fn only_angle(survey: &Survey, time: Option<&str>, said: &Said) -> Option<StandIn> {
+fn only_angle(survey: &Survey, time: Option<&str>, said: &UserChoices) -> Option<StandIn> {
     let named = |quantity: Quantity| {
         let columns = survey.columns.iter();
         let others = columns.filter(|c| Some(c.name.as_str()) != time && c.rms > 0.0);
@@ -68,7 +72,7 @@ fn only_angle(survey: &Survey, time: Option<&str>, said: &Said) -> Option<StandI
 }
 
 /// The current of a log that names no force, where it has one alone.
-fn only_current(survey: &Survey, said: &Said) -> Option<StandIn> {
+fn only_current(survey: &Survey, said: &UserChoices) -> Option<StandIn> {
     let of_force = |c: &SurveyedColumn| {
         let mut kinds = [AxisKind::Translation, AxisKind::Rotation].into_iter();
         kinds.any(|kind| c.named.score(Quantity::Force(kind)) > 0)

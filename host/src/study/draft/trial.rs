@@ -1,7 +1,7 @@
 //! The columns that an axis can be put together from, each way of doing so, and how well it
 //! explains the force.
 
-use super::parts::{DraftAxis, Log, Said, factor};
+use super::parts::{DraftAxis, Log, UserChoices, factor};
 use crate::study::AxisKind;
 use crate::study::channels::integrate::{displacement_of, integral, lowest_frequency};
 use crate::study::channels::units::Quantity;
@@ -46,7 +46,7 @@ impl<'a> Parts<'a> {
         survey: &'a Survey,
         time: Option<&str>,
         kind: AxisKind,
-        said: &Said,
+        said: &UserChoices,
         others: &[DraftAxis],
     ) -> Self {
         let free = |c: &&SurveyedColumn| {
@@ -118,7 +118,7 @@ impl<'a> Parts<'a> {
     /// # Errors
     /// [`crate::text::error::Kind::Data`] where none is left for the force or the displacement, or
     /// a log lacks one that the user named.
-    pub(super) fn keep_common(&mut self, logs: &[Log<'_>], said: &Said) -> Result<()> {
+    pub(super) fn keep_common(&mut self, logs: &[Log<'_>], said: &UserChoices) -> Result<()> {
         let first = logs[0].survey;
         let lists = [
             ("force", &mut self.force),

@@ -75,7 +75,7 @@ pub(super) fn seconds(text: &str) -> std::result::Result<f64, String> {
 impl Monitor {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
         let source = self.source()?;
-        let mut outputs = Outputs::open(console, self.record.as_deref(), &source)?;
+        let mut outputs = Outputs::open(console, self.record.as_deref())?;
         ctrlc::set_handler(|| {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
                 // As a shell counts a program that SIGINT ended.

@@ -1,7 +1,6 @@
 //! What `jointwatch monitor` writes beside what it shows: JSON lines, and the raw frames.
 
 use crate::cli::console::Console;
-use crate::device::telemetry::line::Source;
 use crate::device::telemetry::listen::{Heard, Tally};
 use crate::device::telemetry::steady::Caught;
 use crate::device::telemetry::words::Reader;
@@ -97,10 +96,10 @@ pub(super) struct Outputs {
 
 impl Outputs {
     /// Opens the files that were asked for.
-    pub(super) fn open(console: &Console, record: Option<&Path>, source: &Source) -> Result<Self> {
+    pub(super) fn open(console: &Console, record: Option<&Path>) -> Result<Self> {
         Ok(Self {
             json: JsonLines::open(console)?,
-            record: Record::open(record, source)?,
+            record: Record::open(record)?,
             reader: Reader::default(),
         })
     }
@@ -179,17 +178,14 @@ enum Record {
 }
 
 impl Record {
-    fn open(path: Option<&Path>, source: &Source) -> Result<Self> {
+    fn open(path: Option<&Path>) -> Result<Self> {
         let Some(path) = path else {
             return Ok(Self::Nowhere);
         };
-        let same = |one: &Path| {
-            one.canonicalize()
-                .is_ok_and(|a| Ok(a) == path.canonicalize().map_err(drop))
-        };
-        if matches!(source, Source::File(from) if same(from)) {
+        // What was recorded cannot be had again.
+        if std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() > 0) {
             return Err(Error::usage(format!(
-                "{}: --record would write over what is read; name another file",
+                "{}: --record would write over this file; name another one, or remove it first",
                 path.display()
             )));
         }

@@ -7,7 +7,7 @@
 use super::cells::{Clock, Decimal, instant, number};
 use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
 use super::{blocks, decode, lines};
-use crate::study::log::{Column, Numbering, Request, Table, line_name};
+use crate::study::log::{Column, NO_HEADING, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 use std::ops::Range;
 
@@ -146,7 +146,7 @@ pub(super) fn names(request: &Request<'_>, layout: &Layout) -> Result<Vec<String
         Some(heading) => Ok(heading.clone()),
         None => Err(request.error_in(
             &line_name(layout.first_line.unwrap_or(1)),
-            "a heading with the columns' names is expected above the numbers; add one, or columns = […] to the [[record]]",
+            format!("{NO_HEADING}; add one, or columns = […] to the [[record]]"),
         )),
     }
 }
