@@ -1,8 +1,8 @@
 //! `jointwatch capture`: fetches the counts that a device keeps around its alarm.
 
-use super::upload::open;
 use crate::cli::console::Console;
 use crate::device::capture::fetch;
+use crate::device::telemetry::line::connect;
 use crate::text::error::{Error, Result};
 use crate::text::output;
 use clap::Args;
@@ -26,7 +26,7 @@ pub(crate) struct Capture {
 impl Capture {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
         output::check(&self.output)?;
-        let mut line = open(&self.port, self.baud)?;
+        let mut line = connect(&self.port, self.baud)?;
         let working = console.working("fetching the counts around the alarm");
         let fetched = fetch(&mut line, |piece, pieces| {
             working.set_message(format!("piece {piece} of {pieces}"));

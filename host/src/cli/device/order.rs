@@ -1,9 +1,9 @@
 //! `jointwatch order`: what a device does only when its owner signs for it.
 
 use super::sign::Signer;
-use super::upload::open;
 use crate::cli::console::Console;
 use crate::device::order::give;
+use crate::device::telemetry::line::connect;
 use crate::text::error::{Error, Result};
 use clap::{Args, ValueEnum};
 use jointwatch_shared::wire::slot;
@@ -52,7 +52,7 @@ impl Order {
                 "The device trusts only this key from now on.",
             ),
         };
-        let mut line = open(&self.port, self.baud)?;
+        let mut line = connect(&self.port, self.baud)?;
         give(&mut line, order, &key).map_err(|e| Error {
             sentence: format!("{}: {e}", self.port),
             ..e

@@ -2,13 +2,13 @@
 
 use crate::cli::console::Console;
 use crate::device::signing::SignedModel;
-use crate::device::upload::{Patience, READ_TIMEOUT, upload};
+use crate::device::telemetry::line::connect;
+use crate::device::upload::{Patience, upload};
 use crate::text::error::{Error, Result};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use jointwatch_shared::wire::telemetry::BAUD;
-use std::io::{IsTerminal, Read, Write};
-use std::net::TcpStream;
+use std::io::IsTerminal;
 use std::path::PathBuf;
 
 /// Options of `jointwatch upload`.
@@ -25,14 +25,10 @@ pub(crate) struct Upload {
     baud: u32,
 }
 
-/// A line to the device, whatever carries it.
-pub(super) trait Port: Read + Write {}
-impl<T: Read + Write> Port for T {}
-
 impl Upload {
     pub(crate) fn run(self, console: &Console) -> Result<()> {
         let model = SignedModel::read(&self.model)?;
-        let mut line = open(&self.port, self.baud)?;
+        let mut line = connect(&self.port, self.baud)?;
         let total = model.content().len() as u64;
         let bar = progress_bar(console, total);
         let done = upload(&mut line, &model, Patience::default(), |bytes| {
@@ -53,33 +49,6 @@ impl Upload {
         ))?;
         console.json(&done)
     }
-}
-
-pub(super) fn open(port: &str, baud: u32) -> Result<Box<dyn Port>> {
-    let failed = |why: String| {
-        Error::failed(format!(
-            "{port}: could not be opened ({why}); is it the right port, and may you use it?"
-        ))
-    };
-    if let Some(address) = port.strip_prefix("tcp:") {
-        let line = TcpStream::connect(address).map_err(|e| failed(e.to_string()))?;
-        line.set_read_timeout(Some(READ_TIMEOUT))
-            .map_err(|e| failed(e.to_string()))?;
-        return Ok(Box::new(line));
-    }
-    #[cfg(unix)]
-    if let Some(path) = port.strip_prefix("unix:") {
-        let line =
-            std::os::unix::net::UnixStream::connect(path).map_err(|e| failed(e.to_string()))?;
-        line.set_read_timeout(Some(READ_TIMEOUT))
-            .map_err(|e| failed(e.to_string()))?;
-        return Ok(Box::new(line));
-    }
-    let line = serialport::new(port, baud)
-        .timeout(READ_TIMEOUT)
-        .open()
-        .map_err(|e| failed(e.to_string()))?;
-    Ok(Box::new(line))
 }
 
 fn progress_bar(console: &Console, total: u64) -> ProgressBar {

@@ -67,7 +67,7 @@ pub(super) struct AxisEntry {
     pub(super) counts_per_rev: Option<Spanned<f64>>,
     /// Converter channel, as the counters.
     pub(super) bridge: Spanned<String>,
-    pub(super) gain: Spanned<u8>,
+    pub(super) gain: Spanned<u32>,
     /// N or N·m per V/V.
     pub(super) sensitivity: Spanned<f64>,
     #[serde(rename = "excitation_V")]
@@ -92,7 +92,7 @@ pub(super) struct AxisEntry {
 pub(super) struct InputEntry {
     /// Converter channel, as the counters.
     pub(super) channel: Spanned<String>,
-    pub(super) gain: Spanned<u8>,
+    pub(super) gain: Spanned<u32>,
     /// The input per volt at the converter.
     #[serde(rename = "per_V")]
     pub(super) per_v: Spanned<f64>,

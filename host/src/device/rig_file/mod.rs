@@ -145,7 +145,7 @@ impl Channels {
         source: &Source<'_>,
         stated: &Spanned<String>,
         channel: Signed,
-        gain: &Spanned<u8>,
+        gain: &Spanned<u32>,
         is_input: bool,
     ) -> Result<()> {
         let place = usize::from(channel.place);
@@ -171,9 +171,9 @@ impl Channels {
 }
 
 /// The binary logarithm of a gain that the converter has.
-fn gain_log2(source: &Source<'_>, stated: &Spanned<u8>) -> Result<u8> {
+fn gain_log2(source: &Source<'_>, stated: &Spanned<u32>) -> Result<u8> {
     let gain = *stated.get_ref();
-    if gain.is_power_of_two() {
+    if gain.is_power_of_two() && gain <= 128 {
         return Ok(gain.trailing_zeros() as u8);
     }
     let what = format!("gain = {gain} is not 1, 2, 4, 8, 16, 32, 64 or 128; choose one of these");
@@ -335,7 +335,7 @@ fn rig_axis(
         _ => 0.0,
     };
     let volts_per_code =
-        |gain: &Spanned<u8>| REFERENCE_V / f64::from(*gain.get_ref()) / CONVERTER_FULL_SCALE;
+        |gain: &Spanned<u32>| REFERENCE_V / f64::from(*gain.get_ref()) / CONVERTER_FULL_SCALE;
     let (input_step, input_zero) = match &entry.input {
         Some(input) => input_scale(source, input, volts_per_code(&input.gain))?,
         None => (0.0, 0.0),

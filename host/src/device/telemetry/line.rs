@@ -6,7 +6,7 @@ use jointwatch_shared::wire::telemetry::{MAX_FRAME, Request, encode};
 use serialport::{SerialPort, SerialPortType};
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpStream, ToSocketAddrs};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -196,6 +196,33 @@ fn unanswered(address: &str, why: &std::io::Error) -> Error {
     Error::failed(format!(
         "{address}: nobody answers there ({why}); is `jointwatch emulate --serve` or another server running, on this port?"
     ))
+}
+
+/// A line that goes both ways, whatever carries it.
+pub trait TwoWay: Read + Write {}
+impl<T: Read + Write> TwoWay for T {}
+
+/// Opens a serial port, `tcp:HOST:PORT`, or on Unix `unix:PATH` for an emulator's socket; a read
+/// waits 50 ms.
+///
+/// # Errors
+/// [`crate::text::error::Kind::Failed`] with the ports that there are, or that nobody answers.
+pub fn connect(port: &str, baud: u32) -> Result<Box<dyn TwoWay>> {
+    if let Some(address) = port.strip_prefix("tcp:") {
+        return Ok(Box::new(call(address)?));
+    }
+    #[cfg(unix)]
+    if let Some(path) = port.strip_prefix("unix:") {
+        let line = std::os::unix::net::UnixStream::connect(path);
+        let line = line.and_then(|line| line.set_read_timeout(Some(PATIENCE)).map(|()| line));
+        return Ok(Box::new(line.map_err(|e| unanswered(path, &e))?));
+    }
+    if port.parse::<SocketAddr>().is_ok() {
+        return Err(Error::usage(format!(
+            "{port} is an address and no serial port; write tcp:{port}"
+        )));
+    }
+    Ok(Box::new(open_port(port, baud)?))
 }
 
 /// Connects to the first of a name's addresses that answers.
