@@ -28,7 +28,7 @@ pub(super) fn never_rests(study: &Study, floors: &[Floor]) -> Vec<String> {
             false => "high frequencies",
         };
         format!(
-            "axis {} rests in no record, so its noise floor is taken from {from} and may be too low",
+            "axis {} rests for too short in every record to show its noise, so its noise floor is taken from {from} and may be too low",
             axis.name
         )
     })
@@ -256,8 +256,8 @@ pub(super) fn of_constants(
         });
         mostly.map(|([constant, part], motion)| {
             format!(
-                "axis {}: {:.0} % of the error in {} is a constant, {} {}: the zero of its force channel, or its preload, differs from that \
-                 of the training records",
+                "axis {}: {:.0} % of the error in {} is a constant, {} {}: the zero of its force channel, its preload, or what moves the mean \
+                 force differs from the training records",
                 axis.name,
                 100.0 * part,
                 study.records[motion.record].file,

@@ -1,8 +1,8 @@
 //! How large a model's errors are on records: figures per record and axis, and over all records of
 //! a role.
 
-use crate::model::ModelAxis;
 use crate::model::file::{AxisError, ModelFile};
+use crate::model::{InputRange, ModelAxis};
 use crate::signal::motion::{self, Motion, low_pass};
 use crate::signal::statistics::peak;
 use crate::study::{Role, Study};
@@ -315,11 +315,13 @@ fn evaluate(model: &ModelFile, motion: &Motion, band: &[f64]) -> Result<Vec<Erro
 
 fn outside_range(model: &ModelFile, motion: &Motion) -> f64 {
     let states = motion.base_states(model.state_input.as_deref());
-    let outside = |row: usize| {
-        let inputs = model.base.inputs().iter();
-        inputs
-            .zip(&states)
-            .any(|(range, state)| range.normalise(state[row]).abs() > 1.0 + 1e-9)
+    let states = model.base.inputs().iter().zip(states);
+    let followed = model.followed.iter();
+    let followed = followed.filter_map(|input| Some((&input.range, motion.input(&input.name)?)));
+    let all: Vec<(&InputRange, &[f64])> = states.chain(followed).collect();
+    let outside = |row: &usize| {
+        let mut all = all.iter();
+        all.any(|(range, series)| range.normalise(series[*row]).abs() > 1.0 + 1e-9)
     };
-    (0..motion.rows()).filter(|&row| outside(row)).count() as f64 / motion.rows() as f64
+    (0..motion.rows()).filter(outside).count() as f64 / motion.rows() as f64
 }

@@ -100,7 +100,7 @@ impl Accumulator {
         }
     }
 
-    /// Adds every window that fits into `series`.
+    /// Adds windows that overlap by half, and a last one that ends with the series.
     pub fn add(&mut self, series: &[f64]) {
         let segment = self.window.len();
         if segment < 8 {
@@ -109,8 +109,11 @@ impl Accumulator {
         let transform = RealFftPlanner::new().plan_fft_forward(segment);
         let mut input = transform.make_input_vec();
         let mut output = transform.make_output_vec();
-        let mut start = 0;
-        while start + segment <= series.len() {
+        let Some(last) = series.len().checked_sub(segment) else {
+            return;
+        };
+        let starts = (0..last).step_by(segment / 2).chain([last]);
+        for start in starts {
             let part = &series[start..start + segment];
             let mean = part.iter().sum::<f64>() / segment as f64;
             for ((x, &value), weight) in input.iter_mut().zip(part).zip(&self.window) {
@@ -123,7 +126,6 @@ impl Accumulator {
                 *sum += line.norm_sqr();
             }
             self.windows += 1;
-            start += segment / 2;
         }
     }
 

@@ -68,9 +68,12 @@ pub(crate) fn in_words(study: &Study, state_band_hz: f64, half: usize) -> Option
         .collect();
     let share = still.iter().filter(|still| **still).count() as f64 / still.len().max(1) as f64;
     (share > MANY && !study.leave_out_standstill && !study.quasi_static).then(|| {
-        let advice = match share > NEARLY_ALL {
-            true => "check the unit and the scale of the displacement, and whether the log holds the motion",
-            false => "leave_out_standstill = true in study.toml leaves such rows out",
+        let mut records = study.records.iter();
+        let stays = records.all(|r| left_out(study, r, (state_band_hz, half)).is_ok());
+        let advice = match (share > NEARLY_ALL, stays) {
+            (true, _) => "check the unit and the scale of the displacement, and whether the log holds the motion",
+            (false, true) => "leave_out_standstill = true in study.toml leaves such rows out",
+            (false, false) => "of a record too few rows would stay without them, so log one that moves for longer",
         };
         format!(
             "nothing moves in {:.0} % of the training rows: unless the motion is imposed, a joint that sticks takes any force there up to its \

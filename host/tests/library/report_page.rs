@@ -45,6 +45,7 @@ fn asked<'a>(study: &'a Study, model: &'a ModelFile) -> Asked<'a> {
         floors: None,
         judged_on: "validation records".into(),
         diagnosis: None,
+        verdict_after: None,
         remarks: Vec::new(),
         response: None,
     }

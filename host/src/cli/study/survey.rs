@@ -44,7 +44,7 @@ pub(super) fn in_words(survey: &Survey, plots: bool) -> String {
         "without number",
         "lowest",
         "highest",
-        "RMS",
+        "RMS about mean",
         "smallest step",
     ]);
     for column in &survey.columns {

@@ -30,14 +30,16 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// The curve that predicts at least as well as the most laws of a set in whose place it stands,
-    /// with the numbers of both priced.
+    /// The curve that predicts at least as well as the most laws of a set in whose place it stands.
+    ///
+    /// Its own numbers cost nothing: the laws were picked from a library, which is not priced
+    /// either, and blocks that it was not fitted to judge both.
     pub(crate) fn in_place_of(bench: &Bench<'_>, decided: &ScoredHypothesis) -> Option<Self> {
         let added = decided.hypothesis.added();
         if added.len() < PIECES {
             return None;
         }
-        let known = in_turn(bench, &decided.score, 0);
+        let known = in_turn(bench, &decided.score);
         let curves = [0, 1, 2].map(|which| columns(bench, which));
         let mut found: Vec<(usize, f64, Self)> = Vec::new();
         for chosen in 0..1_usize << added.len() {
@@ -78,19 +80,18 @@ fn rank(
     let ranks = counts.iter().map(|&count| {
         let design = [&design, &polynomials[..count]].concat();
         let score = bench.score(&narrower, &parts, &bench.judged(&design));
-        in_turn(bench, &score, count)
+        in_turn(bench, &score)
     });
     ranks.fold(f64::INFINITY, f64::min)
 }
 
-/// Mean log error on the blocks in turn with the price of the numbers, and of so many more. A
-/// function without a law says nothing where it has seen nothing, so folds that extrapolate do not
-/// count.
-fn in_turn(bench: &Bench<'_>, score: &Score, more: usize) -> f64 {
+/// Mean log error on the blocks in turn with the price of the laws' numbers. A function without a
+/// law says nothing where it has seen nothing, so folds that extrapolate do not count.
+fn in_turn(bench: &Bench<'_>, score: &Score) -> f64 {
     let folds = bench.blocks.folds[..bench.blocks.turns].iter();
     let errors = &score.log_errors[..folds.map(Vec::len).sum()];
     let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-    mean + CRITERIA.price * (score.numbers + more) as f64
+    mean + CRITERIA.price * score.numbers as f64
 }
 
 /// Products of Chebyshev's polynomials of the states as columns of the axis, those of the lowest

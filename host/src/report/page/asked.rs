@@ -2,7 +2,7 @@
 
 use crate::diagnose::add::Added;
 use crate::diagnose::apply::Applied;
-use crate::diagnose::{Diagnosis, PerAxis};
+use crate::diagnose::{Diagnosis, PerAxis, Verdict};
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::report::staircase::Step;
 use crate::report::steps;
@@ -29,6 +29,8 @@ pub struct Asked<'a> {
     pub judged_on: String,
     /// What is missing, when that was asked; of the model before.
     pub diagnosis: Option<&'a Diagnosis>,
+    /// What is said of the model once everything was added.
+    pub verdict_after: Option<Verdict>,
     /// What the search had to say beside its answer, in sentences without their full stops.
     pub remarks: Vec<String>,
     /// How the rig moves with the model in place of its joint.
@@ -52,6 +54,7 @@ impl<'a> Asked<'a> {
                 false => "training records (the study has no others)".into(),
             },
             diagnosis: None,
+            verdict_after: None,
             remarks: Vec::new(),
             response: None,
         }
@@ -91,6 +94,7 @@ impl<'a> Asked<'a> {
             floors: Some(applied.staircase.noise_floor.clone()),
             judged_on: applied.staircase.judged_on.words().into(),
             diagnosis: Some(&applied.first),
+            verdict_after: Some(applied.last.verdict),
             remarks,
             ..Self::of_model(command, study, &applied.model)
         }

@@ -44,7 +44,11 @@ pub(super) fn answer(
         return format!("From before to after, {}.", fall(first, last, floors));
     }
     if steps.len() > 1 {
-        return of_additions(&steps[1..], &fall(first, last, floors));
+        let still = match asked.verdict_after {
+            Some(Verdict::Unknown) => " Something is still missing that is not in the library.",
+            _ => "",
+        };
+        return of_additions(&steps[1..], &fall(first, last, floors)) + still;
     }
     let axes: Vec<String> = last
         .errors

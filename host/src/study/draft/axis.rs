@@ -343,13 +343,17 @@ fn turn_a_sign(
     -1.0
 }
 
-/// The terms of the base that the trial speaks for.
-fn base_of(weighs: bool, springy: bool, path_alone: bool) -> Vec<&'static str> {
+/// The terms of the base that the trial speaks for; of a position that counts from `elsewhere` the
+/// spring's force at its zero is no force of the joint's middle.
+fn base_of(weighs: bool, springy: bool, path_alone: bool, elsewhere: bool) -> Vec<&'static str> {
     let mut base = Vec::new();
     if weighs {
         base.push("gravity");
     } else if springy {
         base.push("stiffness");
+    }
+    if springy && elsewhere {
+        base.push("preload");
     }
     if !path_alone {
         base.push("viscous");
@@ -402,7 +406,12 @@ fn axis_of(
     };
     let pulls_back = restoring_force.sign() * stiffness > 0.0 && fitted.sure(2);
     let springy = pulls_back && !parts.are_velocities();
-    let base = base_of(chosen.weighs, springy, path_alone);
+    let base = base_of(
+        chosen.weighs,
+        springy,
+        path_alone,
+        chosen.counts_from_elsewhere(),
+    );
     if chosen.weighs {
         findings.push(format!(
             "{:?} goes with the sine of the angle, as the weight of a body that turns does",

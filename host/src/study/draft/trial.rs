@@ -223,6 +223,12 @@ impl Trial<'_> {
         }
     }
 
+    /// Whether the position's zero lies outside its travel, as that of an absolute sensor does.
+    pub(super) fn counts_from_elsewhere(&self) -> bool {
+        let [least, most] = self.first.range;
+        self.second.is_none() && least * most > 0.0
+    }
+
     /// Whether the axis goes one way in every log, at speeds that do not tell a damper from a
     /// constant force, as in a test that pulls once until something yields: only the path counts.
     pub(super) fn pulls_once(&self) -> bool {
