@@ -153,7 +153,8 @@ typedef struct jw_model jw_model;
 // The monitor and its state.
 typedef struct jw_monitor jw_monitor;
 
-// Counts of one axis at one instant; what a rig has not is 0.
+// Counts of one axis at one instant, with the signs that the rig's wiring gives them; what a rig
+// has not is 0.
 typedef struct {
   // Encoder counters: far side and near side.
   int32_t displacement[2];

@@ -105,6 +105,9 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
     let middle: Vec<&Motion> = middle.iter().collect();
     let records = Records::new(&study.axes, &middle, &filters.band);
     let step_s = 1.0 / (PER_PERIOD * filters.band_hz);
+    // Of a force that is read so much later, most of a record is its last value.
+    let shortest = motions.iter().map(|motion| motion.rows()).min();
+    let longest_s = 0.5 * shortest.unwrap_or(0) as f64 / filters.sample_rate_hz;
     let late = study.axes.iter().enumerate().map(|(index, axis)| {
         let curve = curve(&records, index);
         let force = |delay_s: f64| {
@@ -122,7 +125,7 @@ fn lateness(study: &Study, motions: &[&Motion], filters: &Filters) -> Vec<Option
         let (coarse, share) = least(&curve, &force, 0.0, step_s)?;
         // Dry friction bends sharply there.
         let fine = || least(&curve, &force, coarse, FINE * step_s);
-        (share < LEFT).then(|| fine().map_or(coarse, |(fine, _)| fine))
+        (share < LEFT && coarse.abs() < longest_s).then(|| fine().map_or(coarse, |(fine, _)| fine))
     });
     late.collect()
 }

@@ -214,6 +214,7 @@ fn what_is_wrong_with_a_description_is_said_with_its_line() {
             "a translation takes counts_per_m",
         ),
         ("gain = 32", "gain = 33", "gain = 33 is not"),
+        ("gain = 32", "gain = 256", "gain = 256 is not"),
         (
             "excitation_V = 3.0",
             "excitation_V = nan",
