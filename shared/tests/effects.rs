@@ -197,6 +197,7 @@ fn numbers_in_blobs_never_change() {
         (62, "bouc_wen_degrading"),
         (63, "bouc_wen_baber_noori"),
         (64, "delayed_feedback"),
+        (65, "position_damping"),
     ];
     let listed: Vec<(u8, &str)> = EFFECTS.iter().map(|e| (e.tag, e.about.name)).collect();
     assert_eq!(listed, pinned);

@@ -54,6 +54,7 @@ mod mullins;
 mod offset_contact;
 mod offset_stops;
 mod periodic_friction;
+mod position_damping;
 mod position_friction;
 mod power_contact;
 mod power_damper;
@@ -159,4 +160,5 @@ pub static EFFECTS: &[Entry] = &[
     Entry::of::<bouc_wen_degrading::BoucWenDegrading>(),
     Entry::of::<bouc_wen_baber_noori::BoucWenBaberNoori>(),
     Entry::of::<delayed_feedback::DelayedFeedback>(),
+    Entry::of::<position_damping::PositionDamping>(),
 ];

@@ -84,10 +84,7 @@ pub const SUBJECTS: [Subject; 31] = [
     subject(wild::NAMES[0], Kind::Outside),
     subject("unmeasured force", Kind::Outside),
     subject("stiffness that swings in time", Kind::Outside),
-    subject(
-        "damping that grows with the displacement squared",
-        Kind::Outside,
-    ),
+    subject(wild::NAMES[1], Kind::Outside),
     subject("spring of a random smooth shape", Kind::Outside),
     subject("damping on one side of the middle", Kind::Outside),
 ];
@@ -133,7 +130,7 @@ pub const BY_NAME: [Subject; 42] = [
     subject("self_centring", Kind::Joint),
     subject("periodic_friction", Kind::Joint),
     subject("delayed_feedback", Kind::Joint),
-    subject(wild::NAMES[1], Kind::Outside),
+    subject("position_damping", Kind::Joint),
     subject(wild::NAMES[2], Kind::Outside),
     subject(wild::NAMES[3], Kind::Outside),
     subject(wild::NAMES[4], Kind::Outside),
@@ -278,7 +275,6 @@ impl Subject {
                 frequency_hz: within(3.0, 40.0),
                 phase,
             },
-            "damping that grows with the displacement squared" => Form::SqueezeFilm,
             "spring of a random smooth shape" => Form::SmoothSpring {
                 length: x * within(0.5, 1.5),
                 phases: [phase, TAU * within(0.1, 1.0), TAU * within(0.1, 1.0)],
@@ -440,6 +436,9 @@ fn by_name(name: &str, scale: &Scale, within: &mut impl FnMut(f64, f64) -> f64) 
         "position_friction" => Form::TighterAlong {
             edge,
             length: scale.reach,
+        },
+        "position_damping" => Form::SqueezeFilm {
+            centre: x * (within(0.5, 2.0) - 1.0),
         },
         "load_friction" => Form::RingSpring { edge },
         "periodic_friction" => Form::UnroundDry {

@@ -355,8 +355,11 @@ pub enum Form {
         /// Phase of the stiffness when the record begins, rad.
         phase: f64,
     },
-    /// Outside the library: damping that grows with the square of the displacement.
-    SqueezeFilm,
+    /// Damping that grows with the square of the distance from a place.
+    SqueezeFilm {
+        /// The place where nothing damps.
+        centre: f64,
+    },
     /// Outside the library: three waves along the displacement, each half as long and half as
     /// strong as the one before.
     SmoothSpring {

@@ -59,7 +59,7 @@ const HIDDEN: [&str; 31] = [
     "position_friction",
     "friction that comes and goes",
     "unmeasured force",
-    "damping that grows with the displacement squared",
+    "position_damping",
     "spring of a random smooth shape",
     "damping on one side of the middle",
 ];

@@ -278,13 +278,8 @@ fn verdicts_that_were_right_stay_right() {
 
 /// Laws outside the library, with a case of seed 402 each, and what the answer says that they
 /// follow, where it does.
-const OUTSIDE: [(&str, usize, Option<&str>); 5] = [
+const OUTSIDE: [(&str, usize, Option<&str>); 4] = [
     ("damping on one side of the middle", 0, Some("states")),
-    (
-        "damping that grows with the displacement squared",
-        0,
-        Some("states"),
-    ),
     ("stiffness that swings in time", 0, None),
     ("friction that comes and goes", 0, None),
     ("unmeasured force", 0, None),

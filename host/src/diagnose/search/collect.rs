@@ -109,18 +109,19 @@ pub(crate) fn candidates(
         .collect()
 }
 
-/// Friction that changes with the place.
-const FRICTION_BY_PLACE: [&str; 3] = [
+/// Friction and damping that change with the place.
+const BY_PLACE: [&str; 4] = [
+    "position_damping",
     "position_friction",
     "periodic_friction",
     "bouc_wen_by_place",
 ];
 
 /// Whether an axis that goes one way says nothing of an effect: there time passes as the place
-/// does, and friction that changes with the place is a spring.
+/// does, and what changes with the place is a spring.
 fn needs_a_way_back(bound: &AxisEffect) -> bool {
     bound.entry.subsystem == Subsystem::TimeVaryingPlant
-        || FRICTION_BY_PLACE.contains(&bound.entry.about.name)
+        || BY_PLACE.contains(&bound.entry.about.name)
 }
 
 impl Library {

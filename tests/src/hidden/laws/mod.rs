@@ -209,7 +209,7 @@ impl Law {
                 frequency_hz,
                 phase,
             } => x * (TAU * frequency_hz * around.time_s + phase).sin(),
-            Form::SqueezeFilm => x * x * v,
+            Form::SqueezeFilm { centre } => (x - centre).powi(2) * v,
             Form::SmoothSpring { length, phases } => [1.0, 2.0, 4.0]
                 .iter()
                 .zip(phases)
