@@ -6,7 +6,7 @@ use crate::assess::noise_floor;
 use crate::diagnose::PerAxis;
 use crate::diagnose::later::{DELAY, delays_of, read_later};
 use crate::diagnose::meaningless::{cancelled, undetermined, unphysical};
-use crate::diagnose::search::start::start;
+use crate::diagnose::search::start::{inherited, start};
 use crate::fit::effects::columns::Records;
 use crate::fit::identify::{FitResult, Prepared, effect_terms, fit_alone, fit_in_time};
 use crate::fit::with_base::{OnRecords, WithBase};
@@ -298,7 +298,8 @@ fn learnt_with(
     model: &ModelFile,
     terms: &[AxisEffect],
 ) -> Result<FitResult> {
-    let mut known = model.effects_in_si()?;
+    let of_model = model.effects_in_si()?;
+    let mut known = of_model.clone();
     known.retain(|old| {
         let mut kept = terms.iter();
         kept.any(|term| {
@@ -306,7 +307,10 @@ fn learnt_with(
             same && term.axis == usize::from(old.axis)
         })
     });
-    let values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
+    let mut values: Vec<Vec<f64>> = known.into_iter().map(|effect| effect.values).collect();
+    if let [special] = &terms[values.len()..] {
+        values.extend(inherited(&of_model, special));
+    }
     let (known, added) = terms.split_at(values.len());
     let search = |records: &Records<'_>| start(records, known, &values, added);
     if let Base::None(_) = model.base {

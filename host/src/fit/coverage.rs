@@ -194,26 +194,25 @@ fn one_loop(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
     .collect()
 }
 
-/// Where validation records leave what was trained on, one sentence each.
+/// Where validation records, each with its file, leave what was trained on, one sentence each.
 pub fn validation_warnings(
     axes: &[Axis],
     training: &[&Motion],
-    validation: &[&Motion],
+    validation: &[(&str, &Motion)],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     for (i, axis) in axes.iter().enumerate() {
         let [low, high] = extent(training.iter().flat_map(|m| displacement(m, i)).copied());
-        for motion in validation {
+        for (file, motion) in validation {
             let [least, most] = extent(displacement(motion, i).iter().copied());
             if (low - least).max(most - high) > (BEYOND - 1.0) * (high - low) {
                 warnings.push(format!(
-                    "the displacement of axis {} goes from {} to {} {} in validation record {} but only from {} to {} in training: errors \
+                    "the displacement of axis {} goes from {} to {} {} in {file} but only from {} to {} in training: errors \
                      there say nothing about the range that was learnt",
                     axis.name,
                     rounded(least),
                     rounded(most),
                     unit(axis),
-                    motion.record + 1,
                     rounded(low),
                     rounded(high)
                 ));
@@ -223,12 +222,12 @@ pub fn validation_warnings(
             .iter()
             .map(|m| peak(velocity(m, i)))
             .fold(0.0, f64::max);
-        for motion in validation {
+        for (file, motion) in validation {
             let seen = peak(velocity(motion, i));
             if seen > BEYOND * trained {
                 warnings.push(format!(
-                    "the velocity of axis {} reaches {} {}/s in validation record {} but only {} in training: errors there say nothing about the range that was learnt",
-                    axis.name, rounded(seen), unit(axis), motion.record + 1, rounded(trained)
+                    "the velocity of axis {} reaches {} {}/s in {file} but only {} in training: errors there say nothing about the range that was learnt",
+                    axis.name, rounded(seen), unit(axis), rounded(trained)
                 ));
             }
         }
@@ -350,11 +349,11 @@ mod tests {
         let (slow, fast) = (motion(0, [1.0, 0.0]), motion(1, [1.3, 0.0]));
         let warnings = training_warnings(&axes()[..1], &[&slow], 256);
         assert!(warnings.iter().any(|w| w.contains("1000 training rows")));
-        let beyond = validation_warnings(&axes()[..1], &[&slow], &[&fast]);
+        let beyond = validation_warnings(&axes()[..1], &[&slow], &[("v.csv", &fast)]);
         assert!(beyond[0].contains("from -0.13"), "{beyond:?}");
         assert!(beyond[1].contains("reaches 1.30"), "{beyond:?}");
         assert_eq!(
-            validation_warnings(&axes()[..1], &[&fast], &[&slow]).len(),
+            validation_warnings(&axes()[..1], &[&fast], &[("v.csv", &slow)]).len(),
             0
         );
     }

@@ -132,7 +132,10 @@ fn records_from_a_device_are_free_of_its_boards_skew() {
     let frames = frames.to_str().unwrap();
     let block = name[1].as_str();
     let replay = ["replay", "model.bin", "rig", "--rig", block];
-    succeed(rig(), &[&replay[..], &["--frames", frames]].concat());
+    succeed(
+        rig(),
+        &[&replay[..], &["--record", "valid.csv", "--frames", frames]].concat(),
+    );
     let study = out.path().join("heard");
     let study = study.to_str().unwrap();
     let from = ["study-from", frames, "--rig", block, "--model", "model.bin"];

@@ -325,7 +325,7 @@ const NAMELESS: [(&str, usize, &str); 6] = [
         "a smooth function of",
     ),
     ("friction that comes and goes", 21, "nobody measures"),
-    ("friction that comes and goes", 23, "nobody measures"),
+    ("friction that comes and goes", 24, "nobody measures"),
     ("unmeasured force", 13, "nobody measures"),
     ("unmeasured force", 16, "nobody measures"),
 ];

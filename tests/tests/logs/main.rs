@@ -6,6 +6,7 @@ mod bands;
 mod cut_logs;
 mod drafted_time;
 mod driven;
+mod encoders;
 mod first_day;
 mod free_motion;
 mod joined;

@@ -9,6 +9,8 @@ use crate::fit::effects::columns::Records;
 use crate::fit::effects::solved_at;
 use crate::model::effects::AxisEffect;
 use crate::text::error::Result;
+use jointwatch_shared::base::terms::EffectValues;
+use jointwatch_shared::effect::about::{Parameter, Role};
 
 /// Steps in which the shapes of an effect settle before the whole model is fitted.
 const STEPS: usize = 8;
@@ -55,4 +57,27 @@ pub(crate) fn start(
         terms.push(*bound);
     }
     Ok(Some(shapes_of(records, &terms, &values)))
+}
+
+/// Values for an effect from one of the model that contains it: the shapes stay where they were
+/// found, and a strength of 1 is solved anew.
+pub(crate) fn inherited(of_model: &[EffectValues], special: &AxisEffect) -> Option<Vec<f64>> {
+    let contains = |old: &&EffectValues| {
+        let wider = old.entry.replaces.contains(&special.entry.about.name);
+        wider && old.input == special.input && usize::from(old.axis) == special.axis
+    };
+    let old = of_model.iter().find(contains)?;
+    let value = |parameter: &Parameter| {
+        let place = old
+            .entry
+            .parameters()
+            .iter()
+            .position(|p| p.name == parameter.name);
+        match (place, &parameter.role) {
+            (Some(place), _) => Some(old.values[place]),
+            (None, Role::Linear { .. }) => Some(1.0),
+            (None, _) => None,
+        }
+    };
+    special.entry.parameters().iter().map(value).collect()
 }

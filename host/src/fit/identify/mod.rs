@@ -212,10 +212,14 @@ impl Prepared {
         if self.filters.quasi_static {
             without_time(&mut fit_result.effects);
         }
+        let validation = self.validation(study);
+        let named = validation
+            .iter()
+            .map(|m| (study.records[m.record].file.as_str(), *m));
         fit_result.warnings.extend(coverage::validation_warnings(
             &study.axes,
             &self.training(study),
-            &self.validation(study),
+            &named.collect::<Vec<_>>(),
         ));
         let still = standstill::in_words(
             study,

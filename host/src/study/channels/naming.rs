@@ -74,7 +74,7 @@ fn words(quantity: Quantity) -> (&'static [&'static str], &'static [&'static str
         Quantity::Displacement(Translation) => (
             &[
                 "x", "y", "z", "d", "s", "q", "qm", "disp", "dist", "drift", "pos", "weg", "hub",
-                "lvdt", "u",
+                "lvdt", "u", "enc",
             ],
             &STROKES,
         ),
@@ -156,7 +156,7 @@ const COMMANDS: [&str; 25] = [
 ];
 
 /// Words for the position of a motor, which is an angle more often than a length.
-const POSITIONS: [&str; 5] = ["q", "qm", "pos", "position", "encoder"];
+const POSITIONS: [&str; 6] = ["q", "qm", "pos", "position", "enc", "encoder"];
 
 /// Words for the current of a motor.
 const CURRENTS: [&str; 7] = [

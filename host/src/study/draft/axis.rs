@@ -1,14 +1,15 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
-use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, factor, names};
+use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, names};
 use super::stand_in::{is_current, stand_in};
-use super::trial::{BETTER, DERIVATIVE, Parts, Trial, relative, trials};
+use super::trial::{BETTER, Parts, Trial, trials};
+use super::velocity::{size_of_a_count, velocity_of};
 use crate::study::channels::units::{Quantity, is_bare};
-use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
+use crate::text::table::significant;
 
 /// The axes that the columns of the first log make, tried against all logs.
 pub(super) fn axes(
@@ -149,7 +150,8 @@ pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &UserChoices) -> 
         parts.derivative > 0 || parts.displacement.is_empty()
     };
     let force = said.column("force").and_then(|name| survey.column(name));
-    let of_motor = |c: &&SurveyedColumn| c.unit.is_none() && c.named.position;
+    let sizeless = |c: &SurveyedColumn| c.unit.as_deref().is_none_or(is_bare);
+    let of_motor = |c: &&SurveyedColumn| sizeless(c) && c.named.position;
     let positions = || Parts::of(survey, time, Translation, said, &[]).displacement;
     let turns = turns || force.is_some_and(is_current) && positions().first().is_some_and(of_motor);
     match turns || (integrated(Translation) && !integrated(Rotation)) {
@@ -379,11 +381,23 @@ fn axis_of(
     let mut force_channel = channel(force, Quantity::Force(kind));
     let accelerometer = Quantity::Acceleration(kind);
     let mut acceleration = chosen.acceleration.map(|a| channel(a, accelerometer));
+    let count = size_of_a_count(&logs[0], parts, chosen, kind);
     let velocity = velocity_of(&logs[0], parts, (chosen.first, chosen.second), kind, said);
+    let velocity = velocity.or(count.map(|(_, velocity)| velocity));
     let velocity = velocity.map(|v| channel(v, Quantity::Velocity(kind)));
     let positions = std::iter::once(chosen.first).chain(chosen.second);
     let positions = positions.filter(|_| !parts.are_velocities());
-    let displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
+    let mut displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
+    if let Some((size, velocity)) = count {
+        displacement.iter_mut().for_each(|c| c.scale = size);
+        findings.push(format!(
+            "one count of {:?} is {} {} by {:?}",
+            chosen.first.name,
+            significant(size),
+            kind.displacement_unit(),
+            velocity.name
+        ));
+    }
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
     let timeless = said.is_timeless(logs[0].survey);
@@ -400,6 +414,7 @@ fn axis_of(
         [resists, stiffness] = [resists, stiffness].map(|c| turned * c);
         inertia = -inertia;
     }
+    inertia /= count.map_or(1.0, |(size, _)| size);
     let restoring_force = match resists < 0.0 {
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
@@ -461,38 +476,4 @@ fn unit_to_replace(force: &SurveyedColumn, kind: AxisKind) -> Option<String> {
         force.name,
         Quantity::Force(kind).si()
     ))
-}
-
-/// The velocity of an axis: that which is integrated, or a logged one that goes with the
-/// displacement, where the log counts the time.
-pub(super) fn velocity_of<'a>(
-    log: &Log<'_>,
-    parts: &Parts<'a>,
-    pair: (&'a SurveyedColumn, Option<&SurveyedColumn>),
-    kind: AxisKind,
-    said: &UserChoices,
-) -> Option<&'a SurveyedColumn> {
-    if parts.are_velocities() {
-        return Some(pair.0);
-    }
-    let logged = parts.velocity.first().copied();
-    logged.filter(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, (kind, parts)))
-}
-
-/// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
-fn agrees(
-    log: &Log<'_>,
-    velocity: &SurveyedColumn,
-    (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),
-    (kind, parts): (AxisKind, &Parts<'_>),
-) -> bool {
-    let (Some(values), Some(x)) = (
-        log.values(&velocity.name),
-        relative(log, first, second, (kind, parts)),
-    ) else {
-        return false;
-    };
-    let found = derivative_likeness(values, &x, 1, log.rate_hz);
-    let gain = found.gain * factor(velocity, Quantity::Velocity(kind));
-    found.correlation > DERIVATIVE && (0.9..1.1).contains(&gain)
 }

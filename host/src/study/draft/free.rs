@@ -1,10 +1,11 @@
 //! The axis of a log in which nothing is applied, as in a free decay or on a shaken base.
 
-use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft, velocity_of};
+use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft};
 use super::decay::free_decays;
 use super::nameless;
 use super::parts::{DraftAxis, Log, UserChoices, factor};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
+use super::velocity::velocity_of;
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::joint_motion;
 use crate::study::check::linear::{Fitted, Linear};

@@ -17,6 +17,7 @@ mod runs;
 mod sparse;
 mod stand_in;
 mod trial;
+mod velocity;
 mod write;
 
 pub use guess::draft;

@@ -328,10 +328,14 @@ impl Axis<'_> {
             _ => return None,
         };
         Some(format!(
-            "axis {}: the displacement (column \"{}\") {does}, which no joint does: probably it is in mm; write displacement = {{ column = …, \
-             unit = \"mm\" }}",
+            "axis {}: the displacement (column \"{}\") {does}, which no joint does: {}",
             self.axis().name,
-            self.columns.displacement
+            self.columns.displacement,
+            match range(&x) * 1e-3 > LIMITS.travel_m {
+                true =>
+                    "if it counts an encoder, write how many m one count is as its scale, or kind = \"rotation\" and how many rad",
+                false => "probably it is in mm; write displacement = { column = …, unit = \"mm\" }",
+            }
         ))
     }
 

@@ -1,0 +1,63 @@
+//! A velocity that was logged beside a position: whether it is the position's, and what one count
+//! of an encoder is worth by it.
+
+use super::parts::{Log, UserChoices, factor};
+use super::trial::{DERIVATIVE, Parts, Trial, relative};
+use crate::study::AxisKind;
+use crate::study::channels::units::{Quantity, is_bare};
+use crate::study::check::kinematics::derivative_likeness;
+use crate::study::survey::SurveyedColumn;
+
+/// Metres or radians of a count of the chosen position, and the velocity that tells; none where the
+/// position has a unit with a size, or nothing follows it.
+pub(super) fn size_of_a_count<'a>(
+    log: &Log<'_>,
+    parts: &Parts<'a>,
+    chosen: &Trial<'_>,
+    kind: AxisKind,
+) -> Option<(f64, &'a SurveyedColumn)> {
+    let counts = |column: &SurveyedColumn| column.unit.as_deref().is_some_and(is_bare);
+    let velocity = *parts.velocity.first()?;
+    let is_sized = velocity.unit.is_some() && !counts(velocity);
+    if parts.derivative > 0 || !counts(chosen.first) || !is_sized {
+        return None;
+    }
+    let position = relative(log, chosen.first, chosen.second, (kind, parts))?;
+    let found = derivative_likeness(log.values(&velocity.name)?, &position, 1, log.rate_hz);
+    let size = found.gain * factor(velocity, Quantity::Velocity(kind));
+    (found.correlation > DERIVATIVE && size > 0.0).then_some((size, velocity))
+}
+
+/// The velocity of an axis: that which is integrated, or a logged one that goes with the
+/// displacement, where the log counts the time.
+pub(super) fn velocity_of<'a>(
+    log: &Log<'_>,
+    parts: &Parts<'a>,
+    pair: (&'a SurveyedColumn, Option<&SurveyedColumn>),
+    kind: AxisKind,
+    said: &UserChoices,
+) -> Option<&'a SurveyedColumn> {
+    if parts.are_velocities() {
+        return Some(pair.0);
+    }
+    let logged = parts.velocity.first().copied();
+    logged.filter(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, (kind, parts)))
+}
+
+/// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
+fn agrees(
+    log: &Log<'_>,
+    velocity: &SurveyedColumn,
+    (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),
+    (kind, parts): (AxisKind, &Parts<'_>),
+) -> bool {
+    let (Some(values), Some(x)) = (
+        log.values(&velocity.name),
+        relative(log, first, second, (kind, parts)),
+    ) else {
+        return false;
+    };
+    let found = derivative_likeness(values, &x, 1, log.rate_hz);
+    let gain = found.gain * factor(velocity, Quantity::Velocity(kind));
+    found.correlation > DERIVATIVE && (0.9..1.1).contains(&gain)
+}
