@@ -53,7 +53,7 @@ fn the_size_of_a_count_is_told_by_the_speed_beside_it() {
     fs::write(at.join("trace.txt"), motor()).unwrap();
     let said = succeed(at, &["init", "--yes", "trace.txt"]);
     assert!(
-        said.contains("one count of \"enc_mot[counts]\" is 0.000766"),
+        said.contains("one count of \"enc_mot[counts]\" is 7.6"),
         "{said}"
     );
     let study = fs::read_to_string(at.join("study.toml")).unwrap();

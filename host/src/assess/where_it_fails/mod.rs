@@ -83,6 +83,8 @@ pub struct StateName {
 const CUTS: usize = 32;
 /// A region never holds fewer rows than this part of all.
 const MIN_ROWS: f64 = 0.02;
+/// What a cut keeps has so many times the error power a row of what it was cut from.
+const STANDS_OUT: f64 = 1.3;
 /// How often a region may be cut down.
 const DEPTH: usize = 3;
 /// Rows that the search looks at; more are thinned evenly, which moves shares by far less than a
@@ -197,16 +199,26 @@ fn state_region(
 
     let total: f64 = squares.iter().sum();
     let least = ((squares.len() as f64 * MIN_ROWS) as usize).max(1);
+    let mean =
+        |rows: &[usize]| rows.iter().map(|&row| squares[row]).sum::<f64>() / rows.len() as f64;
     let mut inside: Vec<usize> = (0..squares.len()).collect();
-    let mut cuts = Vec::new();
+    let mut tried: Vec<(Cut, Vec<usize>, bool)> = Vec::new();
     for _ in 0..DEPTH {
-        let Some((cut, kept)) = best_cut(&features, &squares, &inside, least) else {
+        let from = tried.last().map_or(&inside, |(_, kept, _)| kept);
+        let Some((cut, kept)) = best_cut(&features, &squares, from, least) else {
             break;
         };
-        let share: f64 = kept.iter().map(|&row| squares[row]).sum::<f64>() / total;
-        if share < 0.3 {
+        if mean(&kept) * (kept.len() as f64) < 0.3 * total {
             break;
         }
+        let stands_out = mean(&kept) > STANDS_OUT * mean(from);
+        tried.push((cut, kept, stands_out));
+    }
+    // A cut that keeps hardly more than its share may lead to one that does, and ends nothing.
+    let count = tried.iter().rposition(|(.., stands_out)| *stands_out);
+    tried.truncate(count.map_or(0, |last| last + 1));
+    let mut cuts = Vec::new();
+    for (cut, kept, _) in tried {
         inside = kept;
         cuts.push(cut);
     }
@@ -287,10 +299,7 @@ fn best_cut(
         .copied()
         .filter(|&row| (values[row] > cut.threshold) == cut.above)
         .collect();
-    // A cut that keeps no denser side than it found says nothing.
-    let denser =
-        kept.iter().map(|&row| squares[row]).sum::<f64>() / kept.len() as f64 > 1.3 * sum / count;
-    denser.then_some((cut, kept))
+    Some((cut, kept))
 }
 
 /// What all cuts together ask of the states, in the order of the features.
