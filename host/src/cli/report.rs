@@ -29,8 +29,8 @@ pub(super) struct Report {
 }
 
 impl Report {
-    /// Refuses the page, and the `output` of the command besides, where they could not be written or
-    /// are a record of the study.
+    /// Refuses the page, and the `output` of the command besides, where they could not be written
+    /// or are a record of the study.
     ///
     /// # Errors
     /// As [`Console::check_outputs`].

@@ -32,7 +32,8 @@ pub fn found(diagnosis: &Diagnosis) -> Vec<Step> {
     steps
 }
 
-/// Before and after an addition, and the noise floor of each axis, on the rows that `add` judges by.
+/// Before and after an addition, and the noise floor of each axis, on the rows that `add` judges
+/// by.
 pub fn added(added: &Added, label: &str) -> (Vec<Step>, PerAxis) {
     let step = |label: &str, errors: &[AxisError]| Step {
         label: label.into(),

@@ -21,8 +21,9 @@ const ROUGHER: f64 = 1.2;
 /// measurement.
 const MEASURED: usize = 8;
 
-/// The roles of columns that no names tell apart, as [`UserChoices`] has them: of two the displacement and
-/// the force, of three the velocity as well. `None` where there are others, or nothing tells.
+/// The roles of columns that no names tell apart, as [`UserChoices`] has them: of two the
+/// displacement and the force, of three the velocity as well. `None` where there are others, or
+/// nothing tells.
 pub(super) fn roles(
     logs: &[Log<'_>],
     time: Option<&str>,
