@@ -84,8 +84,8 @@ impl Applied {
                 e.effect == found.effect && e.axis.as_deref().is_none_or(|axis| axis == found.axis)
             })
         };
-        let (_, others): (Vec<Found>, Vec<Found>) =
-            self.first.found.iter().cloned().partition(|f| held(&f));
+        let others = self.first.found.iter().filter(|found| !held(found));
+        let others: Vec<Found> = others.cloned().collect();
         (!others.is_empty()).then(|| {
             format!(
                 "named at first and not in the model, since beside what was added it is not needed or could not be kept: {}",

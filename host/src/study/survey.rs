@@ -3,7 +3,7 @@
 
 use super::channels::naming::{self, Named};
 use super::channels::signs::{sign_bit, signed};
-use super::channels::units::Quantity;
+use super::channels::units::{Quantity, is_bare};
 use super::joined::{PLUS, with_a_heading};
 use super::log::Request;
 use super::readers::long::LongLog;
@@ -42,6 +42,11 @@ pub struct SurveyedColumn {
 }
 
 impl SurveyedColumn {
+    /// Whether its numbers have no size of their own: it states no unit, or counts or volts.
+    pub(crate) fn is_sizeless(&self) -> bool {
+        self.unit.as_deref().is_none_or(is_bare)
+    }
+
     /// Whether it rises from every row to the next.
     pub(crate) fn rises(&self) -> bool {
         self.values.windows(2).all(|w| w[1] > w[0])

@@ -379,10 +379,8 @@ impl Subject {
     ) -> Vec<(f64, Verdict)> {
         let mut seen: Vec<(f64, Verdict)> = Vec::new();
         for (row, sample) in self.set_up.samples(record, &self.model).enumerate() {
-            let output = sample.output.as_ref();
-            let verdict = self
-                .monitor
-                .update(state, &sample.raw, output, &sample.faults);
+            let (raw, output) = (&sample.raw, sample.output.as_ref());
+            let verdict = self.monitor.update(state, raw, output, &sample.faults);
             look(state);
             if !seen
                 .last()

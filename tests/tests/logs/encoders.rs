@@ -1,6 +1,7 @@
 //! Positions as encoders and absolute sensors give them: in counts of a size that nobody states,
 //! and from a zero that lies elsewhere.
 
+use crate::noise::noise;
 use jointwatch_tests::program::succeed;
 use std::f64::consts::TAU;
 use std::fmt::Write;
@@ -28,17 +29,17 @@ fn motion(t: f64) -> [f64; 3] {
 /// A motor with inertia and friction, its current logged beside the encoder's counts and a speed in
 /// turns a minute.
 fn motor() -> String {
+    let mut noise = noise(1);
     let mut text = String::from("t[s]\tIq[A]\tn_act[rpm]\tenc_mot[counts]\n");
     for row in 0..6000 {
         let t = row as f64 / RATE_HZ;
         let [x, v, a] = motion(t);
         let torque = 2e-3 * a + 0.02 * v + 0.05 * (v / 0.05).tanh();
-        let noise = 1e-3 * (12.9898 * row as f64).sin().sin();
         let counts = (90_000.0 + x / COUNT).round();
         writeln!(
             text,
             "{t:.3}\t{:.4}\t{:.2}\t{counts}",
-            torque / 0.06 + noise,
+            torque / 0.06 + 1e-3 * noise(),
             v * 60.0 / TAU
         )
         .unwrap();
@@ -74,11 +75,12 @@ fn the_size_of_a_count_is_told_by_the_speed_beside_it() {
 
 /// A spring and a damper at an absolute sensor, whose zero lies 90 mm away.
 fn strut() -> String {
+    let mut noise = noise(2);
     let mut text = String::from("t_s,hub_mm,F_N\n");
     for row in 0..6000 {
         let t = row as f64 / RATE_HZ;
         let [x, v, _] = motion(t).map(|value| 0.02 * value);
-        let force = 2300.0 * x + 400.0 * v + 0.3 * (12.9898 * row as f64).sin().sin();
+        let force = 2300.0 * x + 400.0 * v + 0.3 * noise();
         writeln!(text, "{t:.3},{:.3},{force:.2}", 1e3 * x + 90.0).unwrap();
     }
     text

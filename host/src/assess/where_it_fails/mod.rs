@@ -199,29 +199,28 @@ fn state_region(
 
     let total: f64 = squares.iter().sum();
     let least = ((squares.len() as f64 * MIN_ROWS) as usize).max(1);
-    let mean =
-        |rows: &[usize]| rows.iter().map(|&row| squares[row]).sum::<f64>() / rows.len() as f64;
+    let power = |rows: &[usize]| rows.iter().map(|&row| squares[row]).sum::<f64>();
+    let mean = |rows: &[usize]| power(rows) / rows.len() as f64;
+    // Where the cuts lead up to the last that stands out: one that keeps hardly more than its share
+    // may lead to one that does.
     let mut inside: Vec<usize> = (0..squares.len()).collect();
-    let mut tried: Vec<(Cut, Vec<usize>, bool)> = Vec::new();
+    let (mut cuts, mut standing) = (Vec::new(), 0);
+    let mut within = inside.clone();
     for _ in 0..DEPTH {
-        let from = tried.last().map_or(&inside, |(_, kept, _)| kept);
-        let Some((cut, kept)) = best_cut(&features, &squares, from, least) else {
+        let Some((cut, kept)) = best_cut(&features, &squares, &within, least) else {
             break;
         };
-        if mean(&kept) * (kept.len() as f64) < 0.3 * total {
+        if power(&kept) / total < 0.3 {
             break;
         }
-        let stands_out = mean(&kept) > STANDS_OUT * mean(from);
-        tried.push((cut, kept, stands_out));
-    }
-    // A cut that keeps hardly more than its share may lead to one that does, and ends nothing.
-    let count = tried.iter().rposition(|(.., stands_out)| *stands_out);
-    tried.truncate(count.map_or(0, |last| last + 1));
-    let mut cuts = Vec::new();
-    for (cut, kept, _) in tried {
-        inside = kept;
         cuts.push(cut);
+        if mean(&kept) > STANDS_OUT * mean(&within) {
+            standing = cuts.len();
+            inside.clone_from(&kept);
+        }
+        within = kept;
     }
+    cuts.truncate(standing);
     if cuts.is_empty() {
         return Some(FailingRegion {
             axis: axis.into(),

@@ -127,7 +127,7 @@ fn say(console: &Console, added: &Added) -> Result<()> {
     }
     if !added.floors_at_rest {
         console.say(
-            "Note: an axis rests in no record, so its noise floor is taken from high frequencies and may be too low.",
+            "Note: an axis rests for too short in every record to show its noise, so its noise floor is taken from high frequencies and may be too low.",
         )?;
     }
     console.say_warnings(&added.model.warnings)

@@ -4,12 +4,11 @@
 use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, names};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, Parts, Trial, trials};
-use super::velocity::{size_of_a_count, velocity_of};
+use super::velocity::{of_a_count, size_of_a_count, velocity_of};
 use crate::study::channels::units::{Quantity, is_bare};
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
-use crate::text::table::significant;
 
 /// The axes that the columns of the first log make, tried against all logs.
 pub(super) fn axes(
@@ -150,8 +149,7 @@ pub(super) fn kinds(survey: &Survey, time: Option<&str>, said: &UserChoices) -> 
         parts.derivative > 0 || parts.displacement.is_empty()
     };
     let force = said.column("force").and_then(|name| survey.column(name));
-    let sizeless = |c: &SurveyedColumn| c.unit.as_deref().is_none_or(is_bare);
-    let of_motor = |c: &&SurveyedColumn| sizeless(c) && c.named.position;
+    let of_motor = |c: &&SurveyedColumn| c.is_sizeless() && c.named.position;
     let positions = || Parts::of(survey, time, Translation, said, &[]).displacement;
     let turns = turns || force.is_some_and(is_current) && positions().first().is_some_and(of_motor);
     match turns || (integrated(Translation) && !integrated(Rotation)) {
@@ -345,16 +343,16 @@ fn turn_a_sign(
     -1.0
 }
 
-/// The terms of the base that the trial speaks for; of a position that counts from `elsewhere` the
+/// The terms of the base that the trial speaks for; of a position that counts from elsewhere the
 /// spring's force at its zero is no force of the joint's middle.
-fn base_of(weighs: bool, springy: bool, path_alone: bool, elsewhere: bool) -> Vec<&'static str> {
+fn base_of(chosen: &Trial<'_>, springy: bool, path_alone: bool) -> Vec<&'static str> {
     let mut base = Vec::new();
-    if weighs {
+    if chosen.weighs {
         base.push("gravity");
     } else if springy {
         base.push("stiffness");
     }
-    if springy && elsewhere {
+    if springy && chosen.counts_from_elsewhere() {
         base.push("preload");
     }
     if !path_alone {
@@ -390,13 +388,7 @@ fn axis_of(
     let mut displacement: Vec<DraftChannel> = positions.map(|c| channel(c, position)).collect();
     if let Some((size, velocity)) = count {
         displacement.iter_mut().for_each(|c| c.scale = size);
-        findings.push(format!(
-            "one count of {:?} is {} {} by {:?}",
-            chosen.first.name,
-            significant(size),
-            kind.displacement_unit(),
-            velocity.name
-        ));
+        findings.push(of_a_count(chosen.first, size, velocity, kind));
     }
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
@@ -421,12 +413,7 @@ fn axis_of(
     };
     let pulls_back = restoring_force.sign() * stiffness > 0.0 && fitted.sure(2);
     let springy = pulls_back && !parts.are_velocities();
-    let base = base_of(
-        chosen.weighs,
-        springy,
-        path_alone,
-        chosen.counts_from_elsewhere(),
-    );
+    let base = base_of(chosen, springy, path_alone);
     if chosen.weighs {
         findings.push(format!(
             "{:?} goes with the sine of the angle, as the weight of a body that turns does",

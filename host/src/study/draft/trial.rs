@@ -4,7 +4,7 @@
 use super::parts::{DraftAxis, Log, UserChoices, factor};
 use crate::study::AxisKind;
 use crate::study::channels::integrate::{displacement_of, integral, lowest_frequency};
-use crate::study::channels::units::{Quantity, is_bare};
+use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{Likeness, alike, derivative_likeness, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::survey::{Survey, SurveyedColumn, range};
@@ -82,7 +82,7 @@ impl<'a> Parts<'a> {
             let mut found = list(role, quantity(kind));
             if found.is_empty() && turned {
                 found = list(role, quantity(AxisKind::Translation));
-                found.retain(|c| c.unit.as_deref().is_none_or(is_bare));
+                found.retain(|c| c.is_sizeless());
             }
             found
         };

@@ -4,9 +4,10 @@
 use super::parts::{Log, UserChoices, factor};
 use super::trial::{DERIVATIVE, Parts, Trial, relative};
 use crate::study::AxisKind;
-use crate::study::channels::units::{Quantity, is_bare};
+use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::derivative_likeness;
 use crate::study::survey::SurveyedColumn;
+use crate::text::table::significant;
 
 /// Metres or radians of a count of the chosen position, and the velocity that tells; none where the
 /// position has a unit with a size, or nothing follows it.
@@ -16,16 +17,31 @@ pub(super) fn size_of_a_count<'a>(
     chosen: &Trial<'_>,
     kind: AxisKind,
 ) -> Option<(f64, &'a SurveyedColumn)> {
-    let counts = |column: &SurveyedColumn| column.unit.as_deref().is_some_and(is_bare);
     let velocity = *parts.velocity.first()?;
-    let is_sized = velocity.unit.is_some() && !counts(velocity);
-    if parts.derivative > 0 || !counts(chosen.first) || !is_sized {
+    let counts = chosen.first.unit.is_some() && chosen.first.is_sizeless();
+    if parts.derivative > 0 || !counts || velocity.is_sizeless() {
         return None;
     }
     let position = relative(log, chosen.first, chosen.second, (kind, parts))?;
     let found = derivative_likeness(log.values(&velocity.name)?, &position, 1, log.rate_hz);
     let size = found.gain * factor(velocity, Quantity::Velocity(kind));
     (found.correlation > DERIVATIVE && size > 0.0).then_some((size, velocity))
+}
+
+/// What is told of that.
+pub(super) fn of_a_count(
+    position: &SurveyedColumn,
+    size: f64,
+    velocity: &SurveyedColumn,
+    kind: AxisKind,
+) -> String {
+    format!(
+        "one count of {:?} is {} {} by {:?}",
+        position.name,
+        significant(size),
+        kind.displacement_unit(),
+        velocity.name
+    )
 }
 
 /// The velocity of an axis: that which is integrated, or a logged one that goes with the
