@@ -3,13 +3,13 @@
 
 use crate::diagnose::add::{self, Added};
 use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::in_place::{instead, simplified};
 use crate::diagnose::in_time::diagnose_prepared;
 use crate::diagnose::{Diagnosis, Found, PerAxis, SearchOptions, Verdict};
 use crate::fit::identify::Prepared;
-use crate::model::ModelEffect;
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::AxisEffect;
-use crate::model::file::{Base, JudgedOn, ModelFile, per_axis};
+use crate::model::file::{JudgedOn, ModelFile, per_axis};
 use crate::study::Study;
 use crate::text::error::Result;
 use jointwatch_shared::base::terms::MAX_TERMS;
@@ -28,8 +28,8 @@ pub struct Step {
     /// What was added last, `coulomb@x`; empty for the model that was brought, and where an effect
     /// was left out again.
     pub added: Vec<String>,
-    /// The effect whose place it takes, where that explains no more with more values; the effect
-    /// that was left out, where nothing was added.
+    /// The effect whose place it takes, where that explains no more with more values or means
+    /// nothing beside it; the effect that was left out, where nothing was added.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub instead_of: Option<String>,
     /// RMS error over RMS force per axis, with everything that was added so far.
@@ -61,6 +61,23 @@ pub struct Staircase {
     pub noise_floor: PerAxis,
     /// Why it ended, in a sentence without its full stop.
     pub ended: String,
+}
+
+impl Staircase {
+    /// Adds a step: a model with these effects, where one was left out for them with that.
+    fn push(&mut self, added: Vec<String>, instead_of: Option<String>, with: &Added) {
+        self.steps.push(Step {
+            added,
+            instead_of,
+            relative_error: per_axis(&with.errors.after),
+        });
+    }
+
+    /// Whether an effect was added on the way.
+    fn has_added(&self, name: &str) -> bool {
+        let mut added = self.steps.iter().flat_map(|step| &step.added);
+        added.any(|known| known == name)
+    }
 }
 
 /// A model with everything that was missing.
@@ -179,71 +196,29 @@ fn simplify(
     staircase: &mut Staircase,
     tried: &mut Vec<String>,
 ) -> Result<Option<ModelFile>> {
-    let steps = staircase.steps.iter();
-    let added: Vec<String> = steps.flat_map(|s| s.added.clone()).collect();
     for effect in &model.effects {
         let name = effect.name();
-        if !added.contains(&name) || tried.contains(&name) {
+        if !staircase.has_added(&name) || tried.contains(&name) {
             continue;
         }
         tried.push(name.clone());
         if let Some((special, simpler)) = simplified(study, prepared, model, &name)? {
-            staircase.steps.push(Step {
-                added: special.into_iter().collect(),
-                instead_of: Some(name),
-                relative_error: per_axis(&simpler.errors.after),
-            });
+            staircase.push(special.into_iter().collect(), Some(name), &simpler);
             return Ok(Some(simpler.model));
         }
     }
     Ok(None)
 }
 
-/// The model without an effect, or with its special case in its place, as dry friction is of one
-/// with a strength per direction, and the name of that; `None` where the error on any axis is
-/// clearly higher with either.
-///
-/// # Errors
-/// As [`add::add`].
-pub fn simplified(
-    study: &Study,
-    prepared: &Prepared,
-    from: &ModelFile,
-    effect: &str,
-) -> Result<Option<(Option<String>, Added)>> {
-    let names: Vec<&str> = study.axes.iter().map(|a| a.name.as_str()).collect();
-    let bound = AxisEffect::parse(effect, &names)?;
-    let others = from.effects.iter().map(ModelEffect::name);
-    let others: Vec<String> = others.filter(|name| name != effect).collect();
-    let others = AxisEffect::parse_all(&others, &names)?;
-    let special = bound.entry.replaces.iter().filter_map(|n| Entry::named(n));
-    let special = special.map(|entry| AxisEffect { entry, ..bound });
-    let allowed =
-        special.filter(|s| !others.contains(s) && !others.iter().any(|term| s.rules_out(term)));
-    // A sum of effects has one at least.
-    let none = (!others.is_empty() || !matches!(from.base, Base::None(_))).then_some(None);
-    for special in none.into_iter().chain(allowed.map(Some)) {
-        let terms: Vec<AxisEffect> = others.iter().copied().chain(special).collect();
-        let special = special.map(|special| special.name(&names));
-        let mut added = add::refitted(study, prepared, from, terms, special.as_slice())?;
-        let mut pairs = added.errors.before.iter().zip(&added.errors.after);
-        let as_good =
-            pairs.all(|(b, a)| a.relative_error < (1.0 + add::MIN_HELP) * b.relative_error);
-        if as_good && added.means_something() {
-            match &special {
-                Some(special) => added.model.warnings.push(format!(
-                    "{special} takes the place of {effect}, which explains no more with more values"
-                )),
-                None => {
-                    if let Some(last) = added.model.history.last_mut() {
-                        last.what = format!("left out: {effect}");
-                    }
-                }
-            }
-            return Ok(Some((special, added)));
-        }
-    }
-    Ok(None)
+/// Why a model with what was added means nothing, where it does.
+fn why_nothing(added: &Added) -> Option<String> {
+    let unphysical = added.unphysical.as_ref().map(|name| {
+        format!("found anew beside the others {name} has a value that is not physical")
+    });
+    let undetermined = added.undetermined.as_ref().map(|name| {
+        format!("the records do not determine the strength of {name}: every 95 % interval holds 0")
+    });
+    unphysical.or(undetermined)
 }
 
 /// What was found, in a row.
@@ -298,56 +273,46 @@ fn add_all(
         };
         let listed = names.join(", ");
         each(&listed);
-        let Added {
-            model: wider,
-            errors,
-            helps,
-            cancels,
-            unphysical,
-            undetermined,
-            ..
-        } = match add::add_to(study, prepared, model, &names) {
+        let added = match add::add_to(study, prepared, model, &names) {
             Ok(added) => added,
             Err(error) => {
                 left_out = Some(format!("{listed} could not be added: {error}"));
                 continue;
             }
         };
-        let means_nothing = unphysical.map(|name| format!(
-            "{listed} was found, but found anew beside the others {name} has a value that is not physical, so it was left out"
-        ));
-        let means_nothing = means_nothing.or_else(|| undetermined.map(|name| format!(
-            "{listed} was found, but the records do not determine the strength of {name}: every 95 % interval holds 0, so it was left out"
-        )));
-        if let Some((cancelled, _)) = cancels {
+        let conflicting = added.unphysical.as_ref().or(added.undetermined.as_ref());
+        if let Some(other) = conflicting.filter(|name| staircase.has_added(name))
+            && let Some((new, swapped)) = instead((study, prepared), model, other, &names)
+        {
+            staircase.push(new, Some(other.clone()), &swapped);
+            *model = swapped.model;
+            continue;
+        }
+        if let Some((cancelled, _)) = &added.cancels {
             let mut others = names.clone();
-            others.retain(|name| *name != cancelled);
+            others.retain(|name| name != cancelled);
             left_out = Some(format!(
                 "{} was found on the training records but would be cancelled by {cancelled}, so it was left out",
                 others.join(", ")
             ));
-            waiting.extend((!last_try).then_some((names, steps)));
-        } else if means_nothing.is_some() {
-            left_out = means_nothing;
-            waiting.extend((!last_try).then_some((names, steps)));
-        } else if of_the_joint(&wider.effects_in_si()?).len() > MAX_TERMS {
+        } else if let Some(why) = why_nothing(&added) {
+            left_out = Some(format!("{listed} was found, but {why}, so it was left out"));
+        } else if of_the_joint(&added.model.effects_in_si()?).len() > MAX_TERMS {
             left_out = Some(format!(
                 "{listed} is missing as well, but a device carries {MAX_TERMS} effects at most"
             ));
-        } else if helps {
-            *model = wider;
-            staircase.steps.push(Step {
-                added: names,
-                instead_of: None,
-                relative_error: per_axis(&errors.after),
-            });
+            continue;
+        } else if added.helps {
+            staircase.push(names, None, &added);
+            *model = added.model;
+            continue;
         } else {
             left_out = Some(format!(
                 "{listed} was found on the training records but lowers no error on the {}, so it was left out",
-                errors.judged_on.words()
+                added.errors.judged_on.words()
             ));
-            waiting.extend((!last_try).then_some((names, steps)));
         }
+        waiting.extend((!last_try).then_some((names, steps)));
     }
     Ok(left_out.filter(|_| staircase.steps.len() == before))
 }

@@ -11,6 +11,7 @@ mod columns;
 mod criteria;
 mod decide;
 mod errors;
+pub mod in_place;
 mod in_time;
 mod later;
 mod learner;

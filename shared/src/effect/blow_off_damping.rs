@@ -31,6 +31,7 @@ const fn knee(name: &'static str, symbol: &'static str, meaning: &'static str) -
 
 impl Effect for BlowOffDamping {
     const TAG: u8 = 56;
+    const REPLACES: &'static [&'static str] = &["viscous_by_direction"];
     const LOOKS_LIKE: &'static [&'static str] =
         &["digressive_damping", "power_damper_by_direction"];
 

@@ -15,6 +15,7 @@ pub(super) struct LaggedFriction;
 
 impl Effect for LaggedFriction {
     const TAG: u8 = 35;
+    const REPLACES: &'static [&'static str] = &["coulomb"];
     const STATE_BOUNDS: &'static [StateBound] = &[StateBound::Number(1), StateBound::Number(1)];
     const ERROR_PROPAGATION: ErrorPropagation = ErrorPropagation::WithTime;
 

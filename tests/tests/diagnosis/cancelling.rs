@@ -1,7 +1,7 @@
 //! Two effects of which one gives back what the other takes are one too many, and so are values
 //! that explain nothing.
 
-use jointwatch::diagnose::apply::simplified;
+use jointwatch::diagnose::in_place::simplified;
 use jointwatch::fit::identify::{Prepared, physical};
 use jointwatch::study::Study;
 use jointwatch_tests::program::succeed;

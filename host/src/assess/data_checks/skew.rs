@@ -28,6 +28,8 @@ const WORTH_A_WORD: f64 = 0.02;
 /// Phase from which on a diagnosis means nothing: a twentieth of the inertia force is read as
 /// damping.
 const SERIOUS: f64 = 0.05;
+/// Factor within which the two must agree: the base of a shaken joint, say, may move as well.
+const ALIKE: f64 = 1.3;
 /// Standard errors by which a skew must be beyond chance.
 const SURE: f64 = 6.0;
 
@@ -37,7 +39,11 @@ pub(super) fn check(study: &Study, index: usize, filters: &Filters) -> Option<Fi
     let mut cross = Cross::new();
     for record in &study.records {
         let logged = &record.axes[index];
-        let (Some(acceleration), Some(body)) = (&logged.acceleration, &logged.body_position) else {
+        // A single displacement is the body's own.
+        let single = logged.displacement_second.is_none();
+        let single = single.then_some(&logged.displacement_first);
+        let body = logged.body_position.as_ref().or(single);
+        let (Some(acceleration), Some(body)) = (&logged.acceleration, body) else {
             continue;
         };
         if body.len() < filters.acceleration.len() + SEGMENT {
@@ -58,7 +64,7 @@ pub(super) fn check(study: &Study, index: usize, filters: &Filters) -> Option<Fi
     }
     Some(Finding {
         sentence: format!(
-            "all records: the acceleration channel of {} is {:.3} ms ({:.1} samples) {} than its body position says; shift it in the \
+            "all records: the acceleration channel of {} is {:.3} ms ({:.1} samples) {} than its position says; shift it in the \
              logger, or leave `acceleration` out of study.toml so that it is derived from the position",
             study.axes[index].name,
             1e3 * delay.seconds.abs(),
@@ -136,17 +142,24 @@ impl Cross {
             return None;
         }
         let resolution = rate / SEGMENT as f64;
+        // A displacement may count against the acceleration.
+        let sign = self.both.iter().map(|both| both.re).sum::<f64>().signum();
         let mut lines = Vec::new();
+        let [mut common, mut derived] = [0.0; 2];
         for (line, both) in self.both.iter().enumerate().skip(2) {
             let hz = line as f64 * resolution;
             let power = self.first[line] * self.second[line];
             if hz <= 0.8 * band_hz && power > 0.0 && both.norm_sqr() >= COHERENT * power {
                 // Phases of a skew of a few samples stay within half a turn.
                 let noise = 1.0 - both.norm_sqr() / power;
-                lines.push((hz, both.arg(), self.first[line], noise.max(1e-12)));
+                let phase = (both * sign).arg();
+                lines.push((hz, phase, self.first[line], noise.max(1e-12)));
+                common += both.norm();
+                derived += self.second[line];
             }
         }
-        if lines.len() < MIN_LINES {
+        let gain = common / derived;
+        if lines.len() < MIN_LINES || !(1.0 / ALIKE..ALIKE).contains(&gain) {
             return None;
         }
         let weight = |&(_, _, power, noise): &CrossSpectralLine| power.sqrt() / noise;

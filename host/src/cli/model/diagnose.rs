@@ -119,7 +119,7 @@ fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     say(console, &applied.first)?;
     console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
     if added {
-        console.say(effects::table(&applied.model.effects).to_string())?;
+        super::say_values(console, &applied.model)?;
         if let Some(not_kept) = applied.not_kept() {
             console.say(format!("Note: {not_kept}."))?;
         }
@@ -150,8 +150,6 @@ fn write_json(console: &Console, output: &Path, applied: &Applied) -> Result<()>
 fn not_json(error: serde_json::Error) -> Error {
     Error::failed(format!("the result could not be written as JSON ({error})"))
 }
-
-const NOT_IN_THE_LIBRARY: &str = "Something is missing that is not in the library.";
 
 fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     console.say_data_problems(&diagnosis.data_problems)?;
@@ -186,9 +184,11 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     let verdict = match diagnosis.verdict {
         Verdict::Effect => format!("{}{}", told(diagnosis, &found), beside(diagnosis)),
         Verdict::None => "Nothing is missing.".into(),
-        Verdict::Unknown if found.is_empty() => NOT_IN_THE_LIBRARY.into(),
+        Verdict::Unknown if found.is_empty() => {
+            "Something is missing that is not in the library.".into()
+        }
         Verdict::Unknown => format!(
-            "{NOT_IN_THE_LIBRARY} A part of it has a name: {}.",
+            "Most of what is missing has no name yet. A part of it has: {}.",
             found.join(", ")
         ),
         Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),

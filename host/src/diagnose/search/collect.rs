@@ -95,9 +95,13 @@ pub(crate) fn candidates(
             let mut listed = bound.entry.parameters().iter();
             let turns = listed.any(|p| p.is_given() && bound.entry.is_in_si(p));
             let shows = bench.reverses || !needs_a_way_back(bound);
+            // What is wrong with a force channel takes one.
+            let measured =
+                bound.entry.subsystem != Subsystem::Sensor || bench.records.forced[bench.axis];
             // Whether every record has a zero of its own is asked apart.
             !rival
                 && shows
+                && measured
                 && (!turns || axes[bound.axis].kind == AxisKind::Rotation)
                 && !bound.entry.is_zero_per_record()
                 && !known.contains(bound)

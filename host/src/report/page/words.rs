@@ -145,7 +145,7 @@ fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAx
         ),
         Verdict::None => format!("Nothing is missing: the error is {} of the RMS force.", stands.join(" and ")),
         Verdict::Unknown if !found.is_empty() => format!(
-            "Something is missing that is not in the library. A part of it has a name: with {} added, {}.",
+            "Most of what is missing has no name yet. A part of it has: with {} added, {}.",
             found.join(" and "),
             fall(first, last, floors)
         ),

@@ -407,7 +407,10 @@ fn axis_of(
         inertia = -inertia;
     }
     inertia /= count.map_or(1.0, |(size, _)| size);
-    let restoring_force = match resists < 0.0 {
+    // Where an accelerometer shows that a single displacement is the body's own, a joint that seems
+    // to push is one whose channels are late against each other.
+    let is_body = inertial && chosen.second.is_none() && chosen.likeness.is_some();
+    let restoring_force = match resists < 0.0 && !is_body {
         true => Convention::InertiaMinusForce,
         false => Convention::ForceMinusInertia,
     };
