@@ -4,8 +4,7 @@
 use jointwatch::diagnose::apply::simplified;
 use jointwatch::fit::identify::{Prepared, physical};
 use jointwatch::study::Study;
-use jointwatch_tests::program::succeed;
-use serde_json::Value;
+use jointwatch_tests::program::{read_json, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -51,8 +50,10 @@ fn logarithmic(x: f64, v: f64) -> f64 {
     8e3 * x + 300.0 * (1.0 - 0.45 * (v.abs() / 0.05 + 1e-9).ln()) * v
 }
 
+const IDENTIFY: &str = "identify study.toml --model physical -o base.json";
+
 fn names(model: &Path) -> Vec<String> {
-    let model: Value = serde_json::from_str(&fs::read_to_string(model).unwrap()).unwrap();
+    let model = read_json(model);
     let effects = model["effects"].as_array().unwrap().iter();
     effects
         .map(|e| e["effect"].as_str().unwrap().to_string())
@@ -64,10 +65,9 @@ fn what_is_added_takes_the_place_of_what_would_cancel_it() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_study(folder, "\"stiffness@x\", \"viscous@x\"", logarithmic);
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
-    let add = ["add", "study.toml", "base.json", "power_damper@x"];
-    let said = succeed(folder, &[&add[..], &["-o", "wider.json"]].concat());
+    succeed(folder, IDENTIFY);
+    let add = "add study.toml base.json power_damper@x -o wider.json";
+    let said = succeed(folder, add);
     println!("{said}");
     assert!(
         said.contains("power_damper@x takes the place of viscous@x"),
@@ -146,10 +146,9 @@ fn a_general_law_is_judged_in_the_place_of_its_special_case() {
     write_study(folder, "\"viscous@x\"", |_, v| {
         if v > 0.0 { 540.0 * v } else { 3650.0 * v }
     });
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
-    let diagnose = ["diagnose", "study.toml", "base.json", "--apply"];
-    let said = succeed(folder, &[&diagnose[..], &["-o", "wider.json"]].concat());
+    succeed(folder, IDENTIFY);
+    let diagnose = "diagnose study.toml base.json --apply -o wider.json";
+    let said = succeed(folder, diagnose);
     println!("{said}");
     assert_eq!(names(&folder.join("wider.json")), ["viscous_by_direction"]);
 }
@@ -171,10 +170,9 @@ fn two_that_cancel_are_kept_only_for_a_sum_of_moderate_sizes() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         write_study(folder, "\"stiffness@x\"", force);
-        let identify = ["identify", "study.toml", "--model", "physical"];
-        succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
-        let add = ["add", "study.toml", "base.json", "power_spring@x"];
-        let said = succeed(folder, &[&add[..], &["-o", "wider.json"]].concat());
+        succeed(folder, IDENTIFY);
+        let add = "add study.toml base.json power_spring@x -o wider.json";
+        let said = succeed(folder, add);
         println!("{said}");
         let both = ["stiffness", "power_spring"];
         let expected = if kept { &both[..] } else { &both[1..] };

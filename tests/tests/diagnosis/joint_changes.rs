@@ -5,7 +5,7 @@
 use jointwatch::simulate::{SimulationOptions, write_study};
 use jointwatch_shared::monitor::State;
 use jointwatch_tests::monitor::watched::{RATE_HZ, STUDY_LEVEL};
-use jointwatch_tests::program::{jointwatch, succeed};
+use jointwatch_tests::program::{jointwatch, json, succeed};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader, Lines, Write};
@@ -104,29 +104,22 @@ fn state(line: &str) -> Option<u64> {
         .filter(|_| health)
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let said = succeed(folder, &[arguments, &["--json", "-"]].concat());
-    serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"))
-}
-
 /// Learns a model of a study and exports it with its rig block.
 fn exported(folder: &Path, study: &str, name: &str) {
-    let run = |arguments: &[&str]| succeed(folder, arguments);
-    let [model, blob, rig] = ["json", "bin", "rig"].map(|end| format!("{name}.{end}"));
-    run(&["identify", study, "--model", "physical", "-o", &model]);
-    run(&["export", &model, "-o", &blob]);
-    run(&[
-        "export", &model, "--rig", "rig.toml", "--study", study, "-o", &rig,
-    ]);
+    for words in [
+        format!("identify {study} --model physical -o {name}.json"),
+        format!("export {name}.json -o {name}.bin"),
+        format!("export {name}.json --rig rig.toml --study {study} -o {name}.rig"),
+    ] {
+        succeed(folder, &words);
+    }
 }
 
 /// What the device kept and streamed as a study: learnt from the one, validated on the other.
 fn study_of_the_changed_joint(folder: &Path) {
     let from = |frames: &str, out: &str| {
-        json(
-            folder,
-            &["study-from", frames, "--rig", "old.rig", "-o", out],
-        )
+        let words = format!("study-from {frames} --rig old.rig -o {out}");
+        json(folder, &words)
     };
     let kept = from("capture.bin", "now");
     assert_eq!(kept["records"][1]["in_study"], true, "{kept}");
@@ -203,16 +196,8 @@ fn a_change_is_found_named_learnt_and_no_alarm_any_more() {
     assert!(said.contains("Nothing is missing"), "{said}");
 
     exported(folder, "now", "new");
-    let sign = [
-        "sign",
-        "new.bin",
-        "--rig",
-        "new.rig",
-        "--development-key",
-        "-o",
-        "new.signed",
-    ];
-    succeed(folder, &sign);
+    let sign = "sign new.bin --rig new.rig --development-key -o new.signed";
+    succeed(folder, sign);
     succeed(folder, &["upload", "new.signed", "--port", &port]);
     let mut monitor = Running::start(folder, &listen);
     monitor.until("the restart", |line| {

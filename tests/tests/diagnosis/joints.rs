@@ -1,8 +1,7 @@
 //! The table of docs/notebook/joints.md is the one that the program gives.
 
-use jointwatch_tests::program::{succeed, workspace};
+use jointwatch_tests::program::{read_json, succeed, workspace};
 use jointwatch_tests::public::joints::{Outcome, outcomes, outcomes_in_project, table};
-use serde_json::Value;
 use std::fs;
 
 #[test]
@@ -37,20 +36,18 @@ fn a_robot_joint_from_its_logs() {
         fs::copy(from, folder.join(name)).unwrap();
     }
     let init = "init train.csv validation.csv --yes --column force=current_A";
-    succeed(folder, &init.split(' ').collect::<Vec<_>>());
+    succeed(folder, init);
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
     assert!(study.contains("kind = \"rotation\""), "{study}");
     assert!(
         study.contains("displacement = { column = \"position_rad\""),
         "{study}"
     );
-    let identify = "identify study.toml --model physical -o base.json";
-    succeed(folder, &identify.split(' ').collect::<Vec<_>>());
+    succeed(folder, "identify study.toml --model physical -o base.json");
     let apply = "diagnose study.toml base.json --apply -o joint.json";
-    let said = succeed(folder, &apply.split(' ').collect::<Vec<_>>());
+    let said = succeed(folder, apply);
     println!("{said}");
-    let model: Value =
-        serde_json::from_str(&fs::read_to_string(folder.join("joint.json")).unwrap()).unwrap();
+    let model = read_json(folder.join("joint.json"));
     let effects = model["effects"].as_array().unwrap();
     let value = |name: &str| {
         let effect = effects.iter().find(|e| e["effect"] == name);

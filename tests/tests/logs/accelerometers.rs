@@ -82,15 +82,7 @@ fn force_and_acceleration_alone_give_mass_spring_and_what_is_missing() {
         named.clone().any(|l| l.contains("cubic_hardening")),
         "{said}"
     );
-    let given = [
-        "add",
-        ".",
-        "model.json",
-        "cubic_hardening@x",
-        "-o",
-        "full.json",
-    ];
-    succeed(folder, &given);
+    succeed(folder, "add . model.json cubic_hardening@x -o full.json");
     let model = ModelFile::read(&folder.join("full.json")).unwrap();
     let error = model.validation[0].nmse_percent;
     assert!(error < 1.0, "{error} %");

@@ -1,7 +1,7 @@
 //! Logs that are cut out of longer ones: what the joint remembers from before shows in the first
 //! seconds, and no model can know it beforehand.
 
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{read_json, succeed};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -62,11 +62,8 @@ fn identified(folder: &Path) -> Value {
          [[record]]\nfile = \"three.csv\"\nrole = \"validate\"\n[base]\nterms = [\"stiffness@x\", \"viscous@x\", \"jenkins@x\"]\n",
     );
     fs::write(folder.join("study.toml"), text).unwrap();
-    succeed(
-        folder,
-        &["identify", ".", "--model", "physical", "-o", "m.json"],
-    );
-    serde_json::from_str(&fs::read_to_string(folder.join("m.json")).unwrap()).unwrap()
+    succeed(folder, "identify . --model physical -o m.json");
+    read_json(folder.join("m.json"))
 }
 
 #[test]

@@ -123,10 +123,7 @@ fn a_draft_for_logs_of_two_rates_brings_them_to_the_slower_one() {
     for (name, log) in &logs {
         fs::write(folder.path().join(name), log).unwrap();
     }
-    let output = run(
-        folder.path(),
-        &["init", "fast.csv", "slow.csv", "--yes", "--rate", "1000"],
-    );
+    let output = run(folder.path(), "init fast.csv slow.csv --yes --rate 1000");
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success());
     assert!(

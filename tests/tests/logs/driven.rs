@@ -69,17 +69,7 @@ fn drafted(logs: [String; 2]) -> ([String; 2], ModelFile) {
     }
     let drafted = succeed(folder, &["init", "a.csv", "b.csv", "--yes"]);
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let said = succeed(
-        folder,
-        &[
-            "diagnose",
-            ".",
-            "model.json",
-            "--apply",
-            "-o",
-            "applied.json",
-        ],
-    );
+    let said = succeed(folder, "diagnose . model.json --apply -o applied.json");
     let model = ModelFile::read(&folder.join("applied.json")).unwrap();
     ([drafted, said], model)
 }

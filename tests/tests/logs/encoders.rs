@@ -95,17 +95,7 @@ fn a_position_that_counts_from_elsewhere_gets_a_constant_beside_its_spring() {
     let study = fs::read_to_string(at.join("study.toml")).unwrap();
     let base = "terms = [\"stiffness@x\", \"preload@x\", \"viscous@x\"]";
     assert!(study.contains(base), "{study}");
-    succeed(
-        at,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "m.json",
-        ],
-    );
+    succeed(at, "identify study.toml --model physical -o m.json");
     let said = succeed(at, &["diagnose", "study.toml", "m.json"]);
     assert!(said.contains("Nothing is missing."), "{said}");
 }

@@ -3,7 +3,7 @@
 
 use jointwatch::simulate::{Hide, SimulationOptions, simulate};
 use jointwatch::study::{Study, mistakes};
-use jointwatch_tests::program::{fail, measurements, succeed};
+use jointwatch_tests::program::{fail, json, measurements, succeed};
 use std::fs;
 use tempfile::TempDir;
 
@@ -165,15 +165,8 @@ fn an_export_of_a_german_logger_becomes_a_study_in_one_step_and_its_friction_is_
     let study = Study::read(work.path()).unwrap();
     assert_eq!(study.sample_rate_hz, 2000.0);
     assert_eq!(study.records[2].role, jointwatch::study::Role::Validate);
-    succeed(
-        work.path(),
-        &["identify", "study.toml", "--model", "physical"],
-    );
-    let json = succeed(
-        work.path(),
-        &["diagnose", "study.toml", "model.json", "--json", "-"],
-    );
-    let diagnosis: serde_json::Value = serde_json::from_str(&json).unwrap();
+    succeed(work.path(), "identify study.toml --model physical");
+    let diagnosis = json(work.path(), "diagnose study.toml model.json");
     let found = diagnosis["found"].as_array().unwrap();
     let coulomb = |f: &serde_json::Value| f["effect"] == "coulomb" && f["axis"] == "x";
     assert!(found.iter().any(coulomb), "{found:?}");
@@ -215,10 +208,9 @@ fn inspect_shows_the_channels_of_a_log() {
     for part in ["500 rows", "1000 Hz", "x_m", "m/s^2", "decimal comma", "│"] {
         assert!(said.contains(part), "{said}");
     }
-    let json = succeed(&folder, &["inspect", "record.tdms", "--json", "-"]);
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["rows"], 500);
-    assert_eq!(json["time"]["rate_hz"], 1000.0);
+    let said = json(&folder, "inspect record.tdms");
+    assert_eq!(said["rows"], 500);
+    assert_eq!(said["time"]["rate_hz"], 1000.0);
 }
 
 #[test]

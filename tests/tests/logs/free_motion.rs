@@ -1,7 +1,6 @@
 //! Records without an applied force: a pendulum that swings out, a body on a shaken base.
 
-use jointwatch_tests::program::{fail, succeed};
-use serde_json::Value;
+use jointwatch_tests::program::{fail, read_json, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -98,26 +97,8 @@ fn pendulum(folder: &Path, force: &str, inertia: &str, losses: Losses) {
     }
 }
 
-fn read(folder: &Path, file: &str) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
-}
-
-const IDENTIFY: [&str; 6] = [
-    "identify",
-    "study.toml",
-    "--model",
-    "physical",
-    "-o",
-    "model.json",
-];
-const APPLY: [&str; 6] = [
-    "diagnose",
-    "study.toml",
-    "model.json",
-    "--apply",
-    "-o",
-    "added.json",
-];
+const IDENTIFY: &str = "identify study.toml --model physical -o model.json";
+const APPLY: &str = "diagnose study.toml model.json --apply -o added.json --json verdict.json";
 
 #[test]
 fn a_free_decay_names_its_friction_and_its_drag_and_no_instrument() {
@@ -144,10 +125,8 @@ fn what_a_hand_does_before_it_lets_go_is_left_out() {
         )
         .unwrap();
     }
-    let files = ["init", "--yes", "high.csv", "low.csv", "middle.csv"];
-    let inertia = INERTIA.to_string();
-    let said = ["--column", "force=0", "--inertia", &inertia];
-    let findings = succeed(folder, &[&files[..], &said].concat());
+    let init = "init --yes high.csv low.csv middle.csv --column force=0";
+    let findings = succeed(folder, &format!("{init} --inertia {INERTIA}"));
     assert!(
         findings.contains("the body is let go and swings freely in rows [25"),
         "{findings}"
@@ -163,9 +142,9 @@ fn named(losses: Losses) {
 }
 
 fn named_in(folder: &Path, losses: Losses) {
-    succeed(folder, &IDENTIFY);
-    succeed(folder, &[&APPLY[..], &["--json", "verdict.json"]].concat());
-    let verdict = read(folder, "verdict.json");
+    succeed(folder, IDENTIFY);
+    succeed(folder, APPLY);
+    let verdict = read_json(folder.join("verdict.json"));
     let names = |key: &str| -> Vec<String> {
         let list = verdict[key].as_array().unwrap().iter();
         list.map(|e| e["effect"].as_str().unwrap().to_owned())
@@ -181,7 +160,7 @@ fn named_in(folder: &Path, losses: Losses) {
             "{verdict}"
         );
     }
-    let model = read(folder, "added.json");
+    let model = read_json(folder.join("added.json"));
     let value = |effect: &str| {
         let effects = model["effects"].as_array().unwrap();
         let own = effects.iter().find(|e| e["effect"] == effect).unwrap();
@@ -236,7 +215,7 @@ fn on_shaken_base(folder: &Path, law: [f64; 3], heading: &str, columns: fn([f64;
 
 /// Values of a model's effects against those of the body on a shaken base.
 fn assert_on_base(folder: &Path, law: [f64; 3], tolerance: f64) {
-    let model = read(folder, "added.json");
+    let model = read_json(folder.join("added.json"));
     let effects = model["effects"].as_array().unwrap();
     let value = |effect: &str| {
         let own = effects.iter().find(|e| e["effect"] == effect);
@@ -265,30 +244,17 @@ fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
                 [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
                 [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
     fs::write(folder.join("study.toml"), text).unwrap();
-    succeed(folder, &IDENTIFY);
-    let asked = [
-        "diagnose",
-        "study.toml",
-        "model.json",
-        "--json",
-        "verdict.json",
-    ];
-    succeed(folder, &asked);
-    let verdict = read(folder, "verdict.json");
+    succeed(folder, IDENTIFY);
+    let diagnose = "diagnose study.toml model.json --json verdict.json";
+    succeed(folder, diagnose);
+    let verdict = read_json(folder.join("verdict.json"));
     assert_eq!(
         verdict["found"][0]["effect"], "cubic_hardening",
         "{verdict}"
     );
     succeed(
         folder,
-        &[
-            "add",
-            "study.toml",
-            "model.json",
-            "cubic_hardening@x",
-            "-o",
-            "added.json",
-        ],
+        "add study.toml model.json cubic_hardening@x -o added.json",
     );
     assert_on_base(folder, ON_BASE, 0.03);
 }
@@ -348,14 +314,13 @@ fn a_shaken_base_is_drafted_from_whatever_was_logged() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         on_shaken_base(folder, law, heading, rows);
-        let files = ["init", "--yes", "one.csv", "two.csv"];
-        let said = succeed(folder, &[&files[..], &["--column", "force=0"]].concat());
+        let said = succeed(folder, "init --yes one.csv two.csv --column force=0");
         let study = said + &fs::read_to_string(folder.join("study.toml")).unwrap();
         for held in held {
             assert!(study.contains(held), "{held} is not in {study}");
         }
-        succeed(folder, &IDENTIFY);
-        succeed(folder, &APPLY);
+        succeed(folder, IDENTIFY);
+        succeed(folder, APPLY);
         assert_on_base(folder, law, 0.1);
     }
 }
@@ -375,7 +340,7 @@ fn a_force_that_is_no_force_is_refused_with_what_to_write() {
         ("[]", "inertia = 1", "force needs a column"),
     ] {
         pendulum(folder, force, inertia, MANY);
-        let said = fail(folder, &IDENTIFY, 3);
+        let said = fail(folder, IDENTIFY, 3);
         assert!(said.contains(words), "force = {force}: {said}");
         assert!(said.contains("line 6"), "{said}");
     }

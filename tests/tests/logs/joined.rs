@@ -1,7 +1,6 @@
 //! Runs of which every channel was logged into a file of its own.
 
-use jointwatch_tests::program::{fail, succeed};
-use serde_json::Value;
+use jointwatch_tests::program::{fail, read_json, succeed};
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
@@ -35,10 +34,8 @@ fn write(folder: &Path, file: &str, heading: &str, columns: &[usize], rows: u32)
 
 #[track_caller]
 fn is_the_damper(folder: &Path) {
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(folder, &[&identify[..], &["-o", "m.json"]].concat());
-    let model = fs::read_to_string(folder.join("m.json")).unwrap();
-    let model: Value = serde_json::from_str(&model).unwrap();
+    succeed(folder, "identify study.toml --model physical -o m.json");
+    let model = read_json(folder.join("m.json"));
     for (effect, truth) in [("stiffness", STIFFNESS), ("viscous", DAMPING)] {
         let effects = model["effects"].as_array().unwrap();
         let own = effects.iter().find(|term| term["effect"] == effect);
@@ -54,8 +51,7 @@ fn files_without_headings_are_called_after_themselves() {
     let folder = folder.path();
     write(folder, "position.txt", "", &[1], 4000);
     write(folder, "force.txt", "", &[2], 4000);
-    let init = ["init", "--yes", "position.txt", "force.txt", "--rate"];
-    succeed(folder, &[&init[..], &["1000"]].concat());
+    succeed(folder, "init --yes position.txt force.txt --rate 1000");
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
     assert!(
         study.contains("file = \"position.txt + force.txt\""),

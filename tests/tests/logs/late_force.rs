@@ -1,7 +1,7 @@
 //! Force channels that are late by more than the first order of a shift describes, as behind a
 //! filter of their own.
 
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{read_json, succeed};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -54,20 +54,18 @@ fn write_study(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64)
 
 /// What is found, and the effects of the model that it is added to.
 fn applied(folder: &Path) -> (Vec<String>, Value) {
-    let identify = ["identify", ".", "--model", "physical", "-o", "base.json"];
-    succeed(folder, &identify);
-    let diagnose = ["diagnose", ".", "base.json", "--apply", "-o", "model.json"];
-    let said = succeed(folder, &[&diagnose[..], &["--json", "said.json"]].concat());
-    println!("{said}");
-    let read = |file: &str| -> Value {
-        serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
-    };
-    let said = read("said.json");
+    succeed(folder, "identify . --model physical -o base.json");
+    let diagnose = "diagnose . base.json --apply -o model.json --json said.json";
+    println!("{}", succeed(folder, diagnose));
+    let said = read_json(folder.join("said.json"));
     let found = said["found"].as_array().unwrap().iter();
     let found = found.map(|f| f["effect"].as_str().unwrap().to_string());
     let mut found: Vec<String> = found.collect();
     found.sort();
-    (found, read("model.json")["effects"].clone())
+    (
+        found,
+        read_json(folder.join("model.json"))["effects"].clone(),
+    )
 }
 
 /// A parameter of an effect in a model.

@@ -156,10 +156,7 @@ fn nothing_is_reported_per_second_and_the_missing_friction_is_named() {
         said.contains("jenkins@x") && !speaks_of_time(&said),
         "{said}"
     );
-    let said = succeed(
-        folder,
-        &["add", ".", "model.json", "jenkins@x", "-o", "more.json"],
-    );
+    let said = succeed(folder, "add . model.json jenkins@x -o more.json");
     assert!(!speaks_of_time(&said), "{said}");
     let more = ModelFile::read(&folder.join("more.json")).unwrap();
     assert!((value(&more, "slip_displacement") / SLIP - 1.0).abs() < 2e-2);
@@ -182,10 +179,7 @@ fn sums_of_records_without_time_make_a_model_without_time() {
         let command = [&["accumulate", "."], records, &["-o", "s.sums"]].concat();
         let said = succeed(folder, &command);
         assert!(!speaks_of_time(&said), "{said}");
-        succeed(
-            folder,
-            &["identify", "--from", "s.sums", "--model", "physical"],
-        );
+        succeed(folder, "identify --from s.sums --model physical");
         succeed(folder, &["compare", ".", "model.json"]);
         let command = ["identify", "--from", "s.sums", "--model", "polynomial"];
         let said = fail(folder, &command, 3);

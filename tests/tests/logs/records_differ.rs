@@ -1,7 +1,7 @@
 //! A joint that is another one in every record, as after a bolt was tightened anew: no effect of
 //! the library, and told as what it is.
 
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{json, succeed};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -52,8 +52,7 @@ fn a_stiffness_that_differs_from_record_to_record_is_told_as_that() {
     study.push_str("[base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n");
     fs::write(folder.join("study.toml"), study).unwrap();
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let text = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
-    let said: Value = serde_json::from_str(&text).unwrap();
+    let said = json(folder, &["diagnose", ".", "model.json"]);
     assert_eq!(said["verdict"], "unknown", "{said}");
     assert_eq!(said["found"], Value::Array(Vec::new()), "{said}");
     assert_eq!(said["remainder"][0]["follows"], "record", "{said}");
@@ -75,9 +74,7 @@ fn a_zero_that_differs_between_one_training_record_and_the_validation_is_found()
                  [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
     fs::write(folder.join("study.toml"), study).unwrap();
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
-    let text = succeed(folder, &[&given[..], &["--json", "-"]].concat());
-    let said: Value = serde_json::from_str(&text).unwrap();
+    let said = json(folder, "diagnose . model.json --apply -o full.json");
     let found = said["found"].as_array().unwrap();
     let mut found: Vec<&str> = found
         .iter()

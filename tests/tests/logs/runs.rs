@@ -1,8 +1,7 @@
 //! What test stands hand over as one test: a drive of one frequency, runs side by side in one
 //! sheet, a run that was broken off.
 
-use jointwatch_tests::program::{fail, run, succeed};
-use serde_json::Value;
+use jointwatch_tests::program::{fail, read_json, run, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -33,19 +32,8 @@ fn log(hz: f64, rows: u32) -> String {
 /// Stiffness and damping by the drafted study of some logs.
 fn drafted(folder: &Path, logs: &[&str]) -> [f64; 2] {
     succeed(folder, &[&["init", "--yes"], logs].concat());
-    succeed(
-        folder,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "m.json",
-        ],
-    );
-    let model = fs::read_to_string(folder.join("m.json")).unwrap();
-    let model: Value = serde_json::from_str(&model).unwrap();
+    succeed(folder, "identify study.toml --model physical -o m.json");
+    let model = read_json(folder.join("m.json"));
     let effects = model["effects"].as_array().expect("effects");
     ["stiffness", "viscous"].map(|effect| {
         let term = effects.iter().find(|term| term["effect"] == effect);
@@ -115,14 +103,7 @@ fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
     fs::write(dir.path().join("study.toml"), one).unwrap();
     let said = fail(
         dir.path(),
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "n.json",
-        ],
+        "identify study.toml --model physical -o n.json",
         3,
     );
     assert!(

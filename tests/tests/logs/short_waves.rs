@@ -1,7 +1,7 @@
 //! Waves over the displacement of which the travel holds dozens: the ripple of a motor behind a
 //! screw, of a gear that turns on and on.
 
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{read_json, succeed};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -52,14 +52,6 @@ fn study(folder: &Path, of_friction: bool, terms: &str) {
     fs::write(folder.join("study.toml"), text).unwrap();
 }
 
-fn run(folder: &Path, command: &str) {
-    succeed(folder, &command.split(' ').collect::<Vec<_>>());
-}
-
-fn read(file: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
-}
-
 /// A value of the first effect of this name in a model.
 fn value(model: &Value, effect: &str, parameter: &str) -> f64 {
     let effects = model["effects"].as_array().unwrap();
@@ -86,15 +78,13 @@ fn a_ripple_of_which_the_travel_holds_hundreds_is_found_beside_friction() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         study(folder, of_friction, "\"viscous@phi\", \"coulomb@phi\"");
-        run(folder, "identify study.toml --model physical -o model.json");
-        run(
-            folder,
-            "diagnose study.toml model.json --json verdict.json --apply -o added.json",
-        );
-        let verdict = read(&folder.join("verdict.json"));
+        succeed(folder, "identify study.toml --model physical -o model.json");
+        let diagnose = "diagnose study.toml model.json --json verdict.json --apply -o added.json";
+        succeed(folder, diagnose);
+        let verdict = read_json(folder.join("verdict.json"));
         assert_eq!(verdict["verdict"], "effect", "{verdict}");
         assert_eq!(verdict["found"][0]["effect"], effect, "{verdict}");
-        check(&read(&folder.join("added.json")), effect);
+        check(&read_json(folder.join("added.json")), effect);
 
         // Named in the base, it is found by `identify` as well, and the device takes it.
         study(
@@ -102,8 +92,8 @@ fn a_ripple_of_which_the_travel_holds_hundreds_is_found_beside_friction() {
             of_friction,
             &format!("\"viscous@phi\", \"coulomb@phi\", \"{effect}@phi\""),
         );
-        run(folder, "identify study.toml --model physical -o model.json");
-        check(&read(&folder.join("model.json")), effect);
-        run(folder, "export model.json -o model.bin");
+        succeed(folder, "identify study.toml --model physical -o model.json");
+        check(&read_json(folder.join("model.json")), effect);
+        succeed(folder, "export model.json -o model.bin");
     }
 }

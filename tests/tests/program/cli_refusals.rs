@@ -129,7 +129,7 @@ fn bad_studies_end_with_three_and_leave_nothing_behind() {
         fs::write(&study, text).unwrap();
         let sentence = fail(
             folder.path(),
-            &["identify", "rig", "--model", "polynomial", "-o", "m.json"],
+            "identify rig --model polynomial -o m.json",
             3,
         );
         for part in wanted {

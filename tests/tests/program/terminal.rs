@@ -119,10 +119,7 @@ fn a_log_comes_through_a_pipe() {
 fn a_model_and_a_draft_go_into_a_pipe() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    succeed(
-        here,
-        &["simulate", "--out", "rig", "--axes", "1", "--duration", "2"],
-    );
+    succeed(here, "simulate --out rig --axes 1 --duration 2");
     let learn = ["identify", "rig", "--model", "physical", "--quiet", "-o"];
     let piped = succeed(here, &[&learn[..], &["-"]].concat());
     succeed(here, &[&learn[..], &["model.json"]].concat());

@@ -382,10 +382,7 @@ fn a_log_much_faster_than_its_motion_is_told_the_rate_that_serves() {
              {{ file = \"run.csv\", role = \"validate\", rows = [20000, 30000] }}]\n"
         );
         fs::write(folder.path().join("study.toml"), study).unwrap();
-        let said = succeed(
-            folder.path(),
-            &["identify", "study.toml", "--model", "physical"],
-        );
+        let said = succeed(folder.path(), "identify study.toml --model physical");
         let found = said.lines().find(|line| line.starts_with("Validation"));
         let cells = found.unwrap().split_whitespace();
         let percent: Vec<f64> = cells.filter_map(|cell| cell.parse().ok()).collect();
