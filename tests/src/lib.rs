@@ -13,3 +13,4 @@ pub mod monitor;
 pub mod program;
 pub mod public;
 pub mod story;
+pub mod written;

@@ -2,6 +2,7 @@
 //! simulations of what follows inputs.
 
 use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -84,15 +85,13 @@ fn written(lag_s: f64) -> tempfile::TempDir {
 fn study(folder: &Path, inputs: &str) {
     let terms =
         "\"stiffness@x\", \"viscous@x\", \"stiffness*voltage~20ms@x\", \"viscous*voltage~20ms@x\"";
-    let base = match inputs.contains("\"voltage\"") {
-        true => format!("[base]\nterms = [{terms}]\n"),
-        false => String::new(),
+    let terms = if inputs.contains("\"voltage\"") {
+        terms
+    } else {
+        ""
     };
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = {MASS}\n{inputs}\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n{base}"
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let head = HEAD.replace("inertia = 0", &format!("inertia = {MASS}"));
+    write_study(folder, &(head + inputs), &["one.csv", "two.csv"], 1, terms);
 }
 
 fn identify(folder: &Path, options: &str) -> Value {

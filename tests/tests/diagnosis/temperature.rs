@@ -1,6 +1,7 @@
 //! A column that the study does not name and that rises with the time, as temperatures do.
 
 use jointwatch_tests::program::{json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -36,10 +37,8 @@ fn what_rises_with_time_is_an_input_unless_it_is_a_clock() {
     let folder = folder.path();
     fs::write(folder.join("one.csv"), record(0.3, 20.0)).unwrap();
     fs::write(folder.join("two.csv"), record(1.7, 30.0)).unwrap();
-    let text = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-                [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-                [base]\nterms = [\"stiffness@x\", \"viscous@x\", \"coulomb@x\"]\n";
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
+    write_study(folder, HEAD, &["one.csv", "two.csv"], 1, base);
     succeed(folder, "identify study.toml --model physical");
     let said = json(folder, "diagnose study.toml model.json");
     assert_eq!(said["verdict"], "effect", "{said}");

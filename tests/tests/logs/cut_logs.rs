@@ -2,6 +2,7 @@
 //! seconds, and no model can know it beforehand.
 
 use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -53,15 +54,13 @@ fn record(seed: f64) -> String {
 
 /// The model of a study whose base is a damper and a slider.
 fn identified(folder: &Path) -> Value {
-    for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.1), ("three.csv", 1.9)] {
-        fs::write(folder.join(name), record(seed)).unwrap();
+    let files = ["one.csv", "two.csv", "three.csv"];
+    for (file, seed) in files.into_iter().zip([0.3, 1.1, 1.9]) {
+        fs::write(folder.join(file), record(seed)).unwrap();
     }
-    let text = String::from(
-        "time = \"t\"\nband_hz = 10\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"train\"\n\
-         [[record]]\nfile = \"three.csv\"\nrole = \"validate\"\n[base]\nterms = [\"stiffness@x\", \"viscous@x\", \"jenkins@x\"]\n",
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let head = ["band_hz = 10\n", HEAD].concat();
+    let base = "\"stiffness@x\", \"viscous@x\", \"jenkins@x\"";
+    write_study(folder, &head, &files, 2, base);
     succeed(folder, "identify . --model physical -o m.json");
     read_json(folder.join("m.json"))
 }

@@ -1,6 +1,7 @@
 //! Records without an applied force: a pendulum that swings out, a body on a shaken base.
 
 use jointwatch_tests::program::{fail, read_json, succeed};
+use jointwatch_tests::written::write_study;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -80,20 +81,15 @@ fn swings_out(hand: &[f64], from: f64, losses: Losses) -> String {
     text
 }
 
+const FILES: [&str; 3] = ["high.csv", "low.csv", "middle.csv"];
+
 fn pendulum(folder: &Path, force: &str, inertia: &str, losses: Losses) {
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = {force}\n{inertia}\n\
-         [[record]]\nfile = \"high.csv\"\nrole = \"train\"\n[[record]]\nfile = \"low.csv\"\nrole = \"train\"\n\
-         [[record]]\nfile = \"middle.csv\"\nrole = \"validate\"\n\
-         [base]\nterms = [\"gravity@q\", \"viscous@q\"]\n"
+    let head = format!(
+        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = {force}\n{inertia}\n"
     );
-    fs::write(folder.join("study.toml"), text).unwrap();
-    for (name, from) in ["high", "low", "middle"].iter().zip(losses.from) {
-        fs::write(
-            folder.join(format!("{name}.csv")),
-            swings_out(&[], from, losses),
-        )
-        .unwrap();
+    write_study(folder, &head, &FILES, 2, "\"gravity@q\", \"viscous@q\"");
+    for (file, from) in FILES.iter().zip(losses.from) {
+        fs::write(folder.join(file), swings_out(&[], from, losses)).unwrap();
     }
 }
 
@@ -116,14 +112,10 @@ fn losses_that_help_only_together_are_found_together() {
 fn what_a_hand_does_before_it_lets_go_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    for (name, from) in ["high", "low", "middle"].iter().zip(MANY.from) {
+    for (file, from) in FILES.iter().zip(MANY.from) {
         let lifted = (0..1000).map(|row| from * (0.001 * f64::from(row)).min(0.8) / 0.8);
         let hand: Vec<f64> = std::iter::repeat_n(0.0, 1500).chain(lifted).collect();
-        fs::write(
-            folder.join(format!("{name}.csv")),
-            swings_out(&hand, from, MANY),
-        )
-        .unwrap();
+        fs::write(folder.join(file), swings_out(&hand, from, MANY)).unwrap();
     }
     let init = "init --yes high.csv low.csv middle.csv --column force=0";
     let findings = succeed(folder, &format!("{init} --inertia {INERTIA}"));
@@ -239,11 +231,10 @@ fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
     on_shaken_base(folder, ON_BASE, "t,base,body,a", |[t, base, body, a, _]| {
         format!("{t:.4},{base:.9},{body:.9},{a:.6}")
     });
-    let text = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"body\", \"base\"]\n\
-                body_position = \"body\"\nacceleration = \"a\"\nforce = 0\ninertia = 1\n\
-                [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-                [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let head = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"body\", \"base\"]\n\
+                body_position = \"body\"\nacceleration = \"a\"\nforce = 0\ninertia = 1\n";
+    let base = "\"stiffness@x\", \"viscous@x\"";
+    write_study(folder, head, &["one.csv", "two.csv"], 1, base);
     succeed(folder, IDENTIFY);
     let diagnose = "diagnose study.toml model.json --json verdict.json";
     succeed(folder, diagnose);

@@ -2,6 +2,7 @@
 //! filter of their own.
 
 use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -24,16 +25,9 @@ fn motion(t: f64, shift: f64) -> [f64; 2] {
 }
 
 /// Writes two records to learn from and one to judge by, of a joint whose force is logged late.
-fn write_study(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64) {
-    let mut study = String::from(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-         [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n",
-    );
-    for (name, shift, role) in [
-        ("a", 0.7, "train"),
-        ("b", 1.9, "train"),
-        ("v", 2.6, "validate"),
-    ] {
+fn written(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64) {
+    let files = ["a.csv", "b.csv", "v.csv"];
+    for (file, shift) in files.into_iter().zip([0.7, 1.9, 2.6]) {
         let mut log = String::from("t,x,F\n");
         for row in 0..ROWS {
             let t = f64::from(row) / RATE_HZ;
@@ -42,14 +36,9 @@ fn write_study(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64)
             let logged = force(shift, motion(t - late_s, shift)) + noise;
             writeln!(log, "{t:.3},{:.9},{logged:.6}", motion(t, shift)[0]).unwrap();
         }
-        fs::write(folder.join(format!("{name}.csv")), log).unwrap();
-        write!(
-            study,
-            "[[record]]\nfile = \"{name}.csv\"\nrole = \"{role}\"\n"
-        )
-        .unwrap();
+        fs::write(folder.join(file), log).unwrap();
     }
-    fs::write(folder.join("study.toml"), study).unwrap();
+    write_study(folder, HEAD, &files, 2, "\"stiffness@x\", \"viscous@x\"");
 }
 
 /// What is found, and the effects of the model that it is added to.
@@ -85,7 +74,7 @@ fn value(effects: &Value, effect: &str, parameter: &str) -> f64 {
 #[test]
 fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
     let folder = tempfile::tempdir().unwrap();
-    write_study(folder.path(), 3e-3, &|_, [x, v]| {
+    written(folder.path(), 3e-3, &|_, [x, v]| {
         2e4 * x + 80.0 * v + 15.0 * (v / 1e-3).tanh() + 8e4 * (x - 2.5e-3).max(0.0)
     });
     let (found, effects) = applied(folder.path());
@@ -109,7 +98,7 @@ fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
 fn a_joint_that_follows_late_has_no_late_channel() {
     let folder = tempfile::tempdir().unwrap();
     let state = std::cell::Cell::new((0.0, 0.0, 0.0));
-    write_study(folder.path(), 0.0, &|shift, [x, v]| {
+    written(folder.path(), 0.0, &|shift, [x, v]| {
         let (of, last, series) = state.get();
         let series = if of == shift {
             (series + x - last) * (-1.0 / RATE_HZ / 0.02_f64).exp()

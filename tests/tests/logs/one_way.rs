@@ -5,6 +5,7 @@ use super::free_motion::noise;
 use super::noise::noise as seeded;
 use jointwatch::model::file::ModelFile;
 use jointwatch_tests::program::{json, succeed};
+use jointwatch_tests::written::write_study;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
@@ -33,21 +34,12 @@ fn run(number: usize, speed: f64) -> String {
 fn applied(logs: &[String], training: usize, base: &str) -> (Value, ModelFile) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let mut study = String::from(
-        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n",
-    );
-    for (number, log) in logs.iter().enumerate() {
-        let file = format!("r{number}.csv");
-        fs::write(folder.join(&file), log).unwrap();
-        let role = if number < training {
-            "train"
-        } else {
-            "validate"
-        };
-        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
+    let files = &["r0.csv", "r1.csv", "r2.csv", "r3.csv", "r4.csv"][..logs.len()];
+    for (file, log) in files.iter().zip(logs) {
+        fs::write(folder.join(file), log).unwrap();
     }
-    writeln!(study, "[base]\nterms = [{base}]").unwrap();
-    fs::write(folder.join("study.toml"), study).unwrap();
+    let head = "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n";
+    write_study(folder, head, files, training, base);
     succeed(folder, &["identify", ".", "--model", "physical"]);
     let said = json(folder, "diagnose . model.json --apply -o full.json");
     (said, ModelFile::read(&folder.join("full.json")).unwrap())

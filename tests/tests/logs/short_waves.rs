@@ -2,6 +2,7 @@
 //! screw, of a gear that turns on and on.
 
 use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::write_study;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -44,12 +45,8 @@ fn study(folder: &Path, of_friction: bool, terms: &str) {
     for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.9)] {
         fs::write(folder.join(name), record(seed, of_friction)).unwrap();
     }
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"phi\"\nforce = \"M\"\ninertia = 0\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-         [base]\nterms = [{terms}]\n"
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let head = "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"phi\"\nforce = \"M\"\ninertia = 0\n";
+    write_study(folder, head, &["one.csv", "two.csv"], 1, terms);
 }
 
 /// A value of the first effect of this name in a model.

@@ -5,6 +5,7 @@ mod standing;
 
 use jointwatch_shared::wire::rig_block::decode;
 use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -47,12 +48,8 @@ fn record(seed: f64, standing: Option<f64>, [per_volt, per_square]: [f64; 2]) ->
 }
 
 fn study(folder: &Path, terms: &str, input: &str) {
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n{input}\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-         [base]\nterms = [{terms}]\n"
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let head = [HEAD, input].concat();
+    write_study(folder, &head, &["one.csv", "two.csv"], 1, terms);
 }
 
 const VOLTAGE: &str = "[[input]]\nname = \"voltage\"\ncolumn = \"U\"\nunit = \"V\"\n";

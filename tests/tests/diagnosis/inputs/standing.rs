@@ -5,25 +5,22 @@ use super::{
     DAMPING, DIAGNOSE, FRICTION, LINE, PER_VOLT, STIFFNESS, VOLTAGE, identify, record, value,
 };
 use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
 /// Logs at these voltages, of which the first `training` ones are learnt from.
 fn written(volts: &[f64], training: usize, input: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mut text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n{input}"
-    );
+    let files = &["0.csv", "1.csv", "2.csv", "3.csv"][..volts.len()];
     for (at, volts) in volts.iter().enumerate() {
-        let role = if at < training { "train" } else { "validate" };
-        write!(text, "[[record]]\nfile = \"{at}.csv\"\nrole = \"{role}\"\n").unwrap();
         let log = record(0.3 + 0.7 * at as f64, Some(*volts), LINE);
-        fs::write(folder.path().join(format!("{at}.csv")), log).unwrap();
+        fs::write(folder.path().join(files[at]), log).unwrap();
     }
-    text += "[base]\nterms = [\"stiffness@x\", \"viscous@x\", \"coulomb@x\"]\n";
-    fs::write(folder.path().join("study.toml"), text).unwrap();
+    let head = [HEAD, input].concat();
+    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
+    write_study(folder.path(), &head, files, training, base);
     folder
 }
 
