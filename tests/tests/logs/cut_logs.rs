@@ -1,6 +1,7 @@
 //! Logs that are cut out of longer ones: what the joint remembers from before shows in the first
 //! seconds, and no model can know it beforehand.
 
+use super::noise::noise;
 use jointwatch_tests::program::{read_json, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
@@ -39,15 +40,11 @@ fn record(seed: f64) -> String {
     };
     let path: Vec<f64> = (0..BEFORE + LOGGED).map(at).collect();
     let force = force(&path);
-    let mut noise = 1_u64 + (1e3 * seed) as u64;
+    let mut noise = noise(1 + (1e3 * seed) as u64);
     let mut text = String::from("t,x,F\n");
     for (row, (x, force)) in path.iter().zip(force).enumerate().skip(BEFORE) {
-        noise = noise
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let noise = 0.2 * ((noise >> 33) as f64 / f64::from(1_u32 << 31) - 0.5);
         let t = (row - BEFORE) as f64 / RATE_HZ;
-        writeln!(text, "{t:.3},{x:.9},{:.6}", force + noise).unwrap();
+        writeln!(text, "{t:.3},{x:.9},{:.6}", force + 0.1 * noise()).unwrap();
     }
     text
 }

@@ -1,6 +1,7 @@
 //! Waves over the displacement of which the travel holds dozens: the ripple of a motor behind a
 //! screw, of a gear that turns on and on.
 
+use super::noise::noise;
 use jointwatch_tests::program::{read_json, succeed};
 use jointwatch_tests::written::write_study;
 use serde_json::Value;
@@ -20,22 +21,18 @@ const DAMPING: f64 = 0.04;
 /// is the motor's, or that of its friction.
 fn record(seed: f64, of_friction: bool) -> String {
     let mut text = String::from("t,phi,M\n");
-    let (mut x, mut noise) = (0.7 * seed, 1_u64 + (1e3 * seed) as u64);
+    let (mut x, mut noise) = (0.7 * seed, noise(1 + (1e3 * seed) as u64));
     for row in 0..12_000 {
         let t = f64::from(row) / RATE_HZ;
         let tones = [0.11, 0.23, 0.41].map(|f| (TAU * f * t + seed * 7.0 * f).sin());
         let v = 9.0 + 8.0 * tones.iter().sum::<f64>() / 1.5;
         x += v / RATE_HZ;
-        noise = noise
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let noise = 0.004 * ((noise >> 33) as f64 / f64::from(1_u32 << 31) - 0.5);
         let friction = (v / 0.05).tanh();
         let wave = RIPPLE * (TAU * x / PITCH + 0.4).sin();
         let torque = DAMPING * v
             + friction * FRICTION
             + if of_friction { wave * friction } else { wave }
-            + noise;
+            + 0.002 * noise();
         writeln!(text, "{t:.3},{x:.7},{torque:.6}").unwrap();
     }
     text
