@@ -8,6 +8,7 @@ pub mod foreign;
 pub mod hidden;
 pub mod imports;
 pub mod lab;
+pub mod learnt;
 pub mod log;
 pub mod monitor;
 pub mod program;

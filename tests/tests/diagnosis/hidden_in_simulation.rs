@@ -1,6 +1,7 @@
 //! `jointwatch simulate --hidden`: the share that was asked for is in the files, and what cannot be
 //! hidden is refused.
 
+use jointwatch_tests::learnt::value;
 use jointwatch_tests::program::{fail, read_json, succeed};
 use serde_json::Value;
 use std::fs;
@@ -51,10 +52,7 @@ fn the_hidden_share_is_in_the_truth_and_a_model_with_the_effect_finds_its_values
         fs::write(rig.join("study.toml"), more).unwrap();
         succeed(here, "identify rig --model physical -o model.json");
         let model = read_json(here.join("model.json"));
-        let found = model["effects"].as_array().unwrap();
-        let found = found.iter().find(|e| e["effect"] == name).unwrap();
-        let value = |of: &Value| of["parameters"][0]["value"].as_f64().unwrap();
-        let ratio = value(found) / value(hidden);
+        let ratio = value(&model, name) / hidden["parameters"][0]["value"].as_f64().unwrap();
         assert!(
             (ratio - 1.0).abs() < tolerance,
             "{effect}: {ratio} of the truth"

@@ -2,6 +2,7 @@
 //! seconds, and no model can know it beforehand.
 
 use super::noise::noise;
+use jointwatch_tests::learnt::parameter;
 use jointwatch_tests::program::{read_json, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
@@ -72,11 +73,6 @@ fn what_was_before_the_record_is_found_with_it() {
         // From rest at the first row it is 0.08 in training.
         assert!(error < 0.01, "{of} {error}");
     }
-    let effects = model["effects"].as_array().unwrap().iter();
-    let mut parameters = effects.flat_map(|e| e["parameters"].as_array().unwrap());
-    let slip = parameters
-        .find(|p| p["name"] == "slip_displacement")
-        .unwrap();
-    let slip = slip["value"].as_f64().unwrap();
+    let slip = parameter(&model, "jenkins", "slip_displacement");
     assert!((slip / SLIP - 1.0).abs() < 0.01, "{slip}");
 }

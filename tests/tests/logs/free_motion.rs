@@ -1,5 +1,6 @@
 //! Records without an applied force: a pendulum that swings out, a body on a shaken base.
 
+use jointwatch_tests::learnt::value;
 use jointwatch_tests::program::{fail, read_json, succeed};
 use jointwatch_tests::written::write_study;
 use std::f64::consts::TAU;
@@ -153,17 +154,12 @@ fn named_in(folder: &Path, losses: Losses) {
         );
     }
     let model = read_json(folder.join("added.json"));
-    let value = |effect: &str| {
-        let effects = model["effects"].as_array().unwrap();
-        let own = effects.iter().find(|e| e["effect"] == effect).unwrap();
-        own["parameters"][0]["value"].as_f64().unwrap()
-    };
     for (effect, truth) in [
         ("gravity", WEIGHT),
         ("coulomb", losses.friction),
         ("quadratic_drag", losses.drag),
     ] {
-        let off = value(effect) / truth - 1.0;
+        let off = value(&model, effect) / truth - 1.0;
         assert!(off.abs() < 0.05, "{effect} is off by {off}: {model}");
     }
 }
@@ -208,18 +204,11 @@ fn on_shaken_base(folder: &Path, law: [f64; 3], heading: &str, columns: fn([f64;
 /// Values of a model's effects against those of the body on a shaken base.
 fn assert_on_base(folder: &Path, law: [f64; 3], tolerance: f64) {
     let model = read_json(folder.join("added.json"));
-    let effects = model["effects"].as_array().unwrap();
-    let value = |effect: &str| {
-        let own = effects.iter().find(|e| e["effect"] == effect);
-        own.expect(effect)["parameters"][0]["value"]
-            .as_f64()
-            .unwrap()
-    };
     for (effect, truth) in ["stiffness", "viscous", "cubic_hardening"]
         .into_iter()
         .zip(law)
     {
-        let off = value(effect) / truth - 1.0;
+        let off = value(&model, effect) / truth - 1.0;
         assert!(off.abs() < tolerance, "{effect} is off by {off}: {model}");
     }
 }

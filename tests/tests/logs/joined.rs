@@ -1,5 +1,6 @@
 //! Runs of which every channel was logged into a file of its own.
 
+use jointwatch_tests::learnt::value;
 use jointwatch_tests::program::{fail, read_json, succeed};
 use std::f64::consts::TAU;
 use std::fs;
@@ -37,10 +38,7 @@ fn is_the_damper(folder: &Path) {
     succeed(folder, "identify study.toml --model physical -o m.json");
     let model = read_json(folder.join("m.json"));
     for (effect, truth) in [("stiffness", STIFFNESS), ("viscous", DAMPING)] {
-        let effects = model["effects"].as_array().unwrap();
-        let own = effects.iter().find(|term| term["effect"] == effect);
-        let value = own.expect(effect)["parameters"][0]["value"].as_f64();
-        let off = value.expect(effect) / truth - 1.0;
+        let off = value(&model, effect) / truth - 1.0;
         assert!(off.abs() < 0.01, "{effect} is off by {off}");
     }
 }

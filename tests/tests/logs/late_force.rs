@@ -1,6 +1,7 @@
 //! Force channels that are late by more than the first order of a shift describes, as behind a
 //! filter of their own.
 
+use jointwatch_tests::learnt::parameter;
 use jointwatch_tests::program::{read_json, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
@@ -41,7 +42,7 @@ fn written(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64) {
     write_study(folder, HEAD, &files, 2, "\"stiffness@x\", \"viscous@x\"");
 }
 
-/// What is found, and the effects of the model that it is added to.
+/// What is found, and the model that it is added to.
 fn applied(folder: &Path) -> (Vec<String>, Value) {
     succeed(folder, "identify . --model physical -o base.json");
     let diagnose = "diagnose . base.json --apply -o model.json --json said.json";
@@ -51,22 +52,7 @@ fn applied(folder: &Path) -> (Vec<String>, Value) {
     let found = found.map(|f| f["effect"].as_str().unwrap().to_string());
     let mut found: Vec<String> = found.collect();
     found.sort();
-    (
-        found,
-        read_json(folder.join("model.json"))["effects"].clone(),
-    )
-}
-
-/// A parameter of an effect in a model.
-fn value(effects: &Value, effect: &str, parameter: &str) -> f64 {
-    let named = |list: &Value, key: &str, name: &str| {
-        let mut all = list.as_array().unwrap().iter();
-        all.find(|e| e[key] == name).unwrap().clone()
-    };
-    let own = named(effects, "effect", effect);
-    named(&own["parameters"], "name", parameter)["value"]
-        .as_f64()
-        .unwrap()
+    (found, read_json(folder.join("model.json")))
 }
 
 /// Dry friction and a stop on one side behind a channel that is three rows late: friction that is
@@ -77,17 +63,17 @@ fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
     written(folder.path(), 3e-3, &|_, [x, v]| {
         2e4 * x + 80.0 * v + 15.0 * (v / 1e-3).tanh() + 8e4 * (x - 2.5e-3).max(0.0)
     });
-    let (found, effects) = applied(folder.path());
+    let (found, model) = applied(folder.path());
     let stop = |name: &str| ["end_stop", "offset_stops", "power_contact"].contains(&name);
     assert_eq!(found.iter().filter(|n| stop(n)).count(), 1, "{found:?}");
     let others: Vec<&String> = found.iter().filter(|n| !stop(n)).collect();
     assert_eq!(others, ["coulomb", "time_delay"]);
-    for (effect, parameter, truth) in [
+    for (effect, name, truth) in [
         ("time_delay", "delay", 3e-3),
         ("coulomb", "friction", 15.0),
         ("viscous", "damping", 80.0),
     ] {
-        let off = value(&effects, effect, parameter) / truth - 1.0;
+        let off = parameter(&model, effect, name) / truth - 1.0;
         assert!(off.abs() < 0.03, "{effect} is off by {off}");
     }
 }

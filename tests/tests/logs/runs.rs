@@ -1,6 +1,7 @@
 //! What test stands hand over as one test: a drive of one frequency, runs side by side in one
 //! sheet, a run that was broken off.
 
+use jointwatch_tests::learnt::value;
 use jointwatch_tests::program::{fail, read_json, run, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -34,13 +35,7 @@ fn drafted(folder: &Path, logs: &[&str]) -> [f64; 2] {
     succeed(folder, &[&["init", "--yes"], logs].concat());
     succeed(folder, "identify study.toml --model physical -o m.json");
     let model = read_json(folder.join("m.json"));
-    let effects = model["effects"].as_array().expect("effects");
-    ["stiffness", "viscous"].map(|effect| {
-        let term = effects.iter().find(|term| term["effect"] == effect);
-        term.expect(effect)["parameters"][0]["value"]
-            .as_f64()
-            .expect(effect)
-    })
+    ["stiffness", "viscous"].map(|effect| value(&model, effect))
 }
 
 #[track_caller]

@@ -2,6 +2,7 @@
 //! screw, of a gear that turns on and on.
 
 use super::noise::noise;
+use jointwatch_tests::learnt::parameter;
 use jointwatch_tests::program::{read_json, succeed};
 use jointwatch_tests::written::write_study;
 use serde_json::Value;
@@ -46,23 +47,11 @@ fn study(folder: &Path, of_friction: bool, terms: &str) {
     write_study(folder, head, &["one.csv", "two.csv"], 1, terms);
 }
 
-/// A value of the first effect of this name in a model.
-fn value(model: &Value, effect: &str, parameter: &str) -> f64 {
-    let effects = model["effects"].as_array().unwrap();
-    let effect = effects
-        .iter()
-        .find(|e| e["effect"] == effect)
-        .expect(effect);
-    let parameters = effect["parameters"].as_array().unwrap();
-    let parameter = parameters.iter().find(|p| p["name"] == parameter).unwrap();
-    parameter["value"].as_f64().unwrap()
-}
-
 /// Whether a model holds the wave as it was made.
 fn check(model: &Value, effect: &str) {
-    let pitch = value(model, effect, "pitch");
+    let pitch = parameter(model, effect, "pitch");
     assert!((pitch / PITCH - 1.0).abs() < 1e-3, "{model}");
-    let [sine, cosine] = ["sine", "cosine"].map(|name| value(model, effect, name));
+    let [sine, cosine] = ["sine", "cosine"].map(|name| parameter(model, effect, name));
     assert!((sine.hypot(cosine) / RIPPLE - 1.0).abs() < 0.05, "{model}");
 }
 

@@ -3,8 +3,8 @@
 //!
 //! They are not part of the project. Where they are absent, each test says so and what to set.
 
+use jointwatch_tests::learnt::parameter;
 use jointwatch_tests::program::{json, measurements, read_json, study_with_logs, succeed};
-use serde_json::Value;
 use std::fs;
 
 #[test]
@@ -89,15 +89,7 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
     let identify = "identify study.toml --model physical -o model.json";
     succeed(folder, identify);
     let model = read_json(folder.join("model.json"));
-    let value = |effect: &str, parameter: &str| {
-        let named = |list: &Value, key: &str, name: &str| {
-            let found = list.as_array().unwrap().iter();
-            found.clone().find(|v| v[key] == name).unwrap().clone()
-        };
-        let effect = named(&model["effects"], "effect", effect);
-        let found = named(&effect["parameters"], "name", parameter);
-        found["value"].as_f64().unwrap()
-    };
+    let value = |effect: &str, name: &str| parameter(&model, effect, name);
     // Janot, Gautier, Brunot (2019).
     for (what, seen, published) in [
         (

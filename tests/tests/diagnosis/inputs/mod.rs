@@ -4,6 +4,7 @@ mod columns;
 mod standing;
 
 use jointwatch_shared::wire::rig_block::decode;
+use jointwatch_tests::learnt::value;
 use jointwatch_tests::program::{fail, json, read_json, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
@@ -87,12 +88,6 @@ fn explained(folder: &Path) -> (Value, Value) {
     let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
     assert!(after < 0.01, "{verdict}");
     (verdict, read_json(folder.join("added.json")))
-}
-
-fn value(model: &Value, effect: &str) -> f64 {
-    let effects = model["effects"].as_array().unwrap();
-    let effect = effects.iter().find(|e| e["effect"] == effect).unwrap();
-    effect["parameters"][0]["value"].as_f64().unwrap()
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! Inputs that stand still while a log runs, and differ from one log to the next: runs at a few
 //! currents, or of cold and of warm joints.
 
-use super::{
-    DAMPING, DIAGNOSE, FRICTION, LINE, PER_VOLT, STIFFNESS, VOLTAGE, identify, record, value,
-};
+use super::{DAMPING, DIAGNOSE, FRICTION, LINE, PER_VOLT, STIFFNESS, VOLTAGE, identify, record};
+use jointwatch_tests::learnt::value;
 use jointwatch_tests::program::{read_json, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
