@@ -13,5 +13,6 @@ pub mod log;
 pub mod monitor;
 pub mod program;
 pub mod public;
+pub mod running;
 pub mod story;
 pub mod written;
