@@ -154,6 +154,17 @@ pub fn fail(folder: &Path, arguments: &(impl Words + ?Sized), code: i32) -> Stri
     said
 }
 
+/// Whether a text holds all of these parts.
+///
+/// # Panics
+/// When it lacks one.
+#[track_caller]
+pub fn says(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
+}
+
 /// A folder with this study and copies of its logs.
 ///
 /// # Panics

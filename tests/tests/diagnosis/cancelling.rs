@@ -4,7 +4,7 @@
 use jointwatch::diagnose::apply::simplified;
 use jointwatch::fit::identify::{Prepared, physical};
 use jointwatch::study::Study;
-use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::program::{read_json, says, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -65,10 +65,7 @@ fn what_is_added_takes_the_place_of_what_would_cancel_it() {
     let add = "add study.toml base.json power_damper@x -o wider.json";
     let said = succeed(folder, add);
     println!("{said}");
-    assert!(
-        said.contains("power_damper@x takes the place of viscous@x"),
-        "{said}"
-    );
+    says(&said, &["power_damper@x takes the place of viscous@x"]);
     assert_eq!(
         names(&folder.join("wider.json")),
         ["stiffness", "power_damper"]

@@ -1,7 +1,7 @@
 //! The table of docs/notebook/joints.md is the one that the program gives.
 
 use jointwatch_tests::learnt::value;
-use jointwatch_tests::program::{read_json, succeed, workspace};
+use jointwatch_tests::program::{read_json, says, succeed, workspace};
 use jointwatch_tests::public::joints::{Outcome, outcomes, outcomes_in_project, table};
 use std::fs;
 
@@ -40,10 +40,7 @@ fn a_robot_joint_from_its_logs() {
     succeed(folder, init);
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
     assert!(study.contains("kind = \"rotation\""), "{study}");
-    assert!(
-        study.contains("displacement = { column = \"position_rad\""),
-        "{study}"
-    );
+    says(&study, &["displacement = { column = \"position_rad\""]);
     succeed(folder, "identify study.toml --model physical -o base.json");
     let apply = "diagnose study.toml base.json --apply -o joint.json";
     let said = succeed(folder, apply);

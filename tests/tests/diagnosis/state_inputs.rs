@@ -1,7 +1,7 @@
 //! Polynomials and networks of one axis that take an input of the study as their third state, and
 //! simulations of what follows inputs.
 
-use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -123,20 +123,14 @@ fn a_base_takes_the_only_input_of_its_axis_as_its_third_state_on_the_device_as_w
         // The device's integers, from counts on.
         succeed(at, &["export", "model.json", "-o", "model.bin"]);
         let inspected = succeed(at, &["inspect", "model.bin"]);
-        assert!(
-            inspected.contains("Input voltage") && inspected.contains("third state"),
-            "{inspected}"
-        );
+        says(&inspected, &["Input voltage", "third state"]);
         let replayed = json(at, "replay model.bin study.toml --quiet");
         let seen = replayed["records"][1]["axes"]["x"]["relative_error"].as_f64();
         assert!(seen.unwrap() < 0.002, "{replayed}");
     }
     // The few terms of the law itself: a constant, and x and v alone and times the voltage.
     let said = succeed(at, "identify study.toml --model polynomial --fit select");
-    assert!(
-        said.contains("v_x·w_voltage") && said.contains("w_voltage = (voltage − "),
-        "{said}"
-    );
+    says(&said, &["v_x·w_voltage", "w_voltage = (voltage − "]);
 
     // The firmware with the network, then with the polynomial.
     for kind in ["network --neurons 10", "polynomial"] {
@@ -152,10 +146,7 @@ fn a_base_takes_the_only_input_of_its_axis_as_its_third_state_on_the_device_as_w
     study(at, "");
     for command in ["compare", "respond"] {
         let sentence = fail(at, &[command, "study.toml", "model.json"], 3);
-        assert!(
-            sentence.contains("\"voltage\"") && sentence.contains("[[input]]"),
-            "{sentence}"
-        );
+        says(&sentence, &["\"voltage\"", "[[input]]"]);
     }
 }
 
@@ -229,9 +220,7 @@ fn which_input_is_taken_is_told_or_asked() {
     let refused = |arguments: &str, status: i32, words: &[&str]| {
         let identify = format!("identify study.toml -o none.json {arguments}");
         let sentence = fail(at, &identify, status);
-        for word in words {
-            assert!(sentence.contains(word), "{word}: {sentence}");
-        }
+        says(&sentence, words);
         assert!(!at.join("none.json").exists());
     };
     refused(

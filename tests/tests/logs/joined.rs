@@ -1,7 +1,7 @@
 //! Runs of which every channel was logged into a file of its own.
 
 use jointwatch_tests::learnt::value;
-use jointwatch_tests::program::{fail, read_json, succeed};
+use jointwatch_tests::program::{fail, read_json, says, succeed};
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
@@ -51,10 +51,7 @@ fn files_without_headings_are_called_after_themselves() {
     write(folder, "force.txt", "", &[2], 4000);
     succeed(folder, "init --yes position.txt force.txt --rate 1000");
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
-    assert!(
-        study.contains("file = \"position.txt + force.txt\""),
-        "{study}"
-    );
+    says(&study, &["file = \"position.txt + force.txt\""]);
     is_the_damper(folder);
 }
 
@@ -81,10 +78,7 @@ fn files_of_different_length_or_that_are_missing_are_refused() {
     fs::write(folder.join("study.toml"), study).unwrap();
     let identify = ["identify", "study.toml", "--model", "physical", "-o", "m"];
     let said = fail(folder, &identify, 3);
-    assert!(
-        said.contains("hold 4000 rows of \"disp\" and 3999 of \"load\""),
-        "{said}"
-    );
+    says(&said, &["hold 4000 rows of \"disp\" and 3999 of \"load\""]);
     fs::remove_file(folder.join("load.csv")).unwrap();
     let said = fail(folder, &identify, 3);
     assert!(said.contains("load.csv cannot be read"), "{said}");

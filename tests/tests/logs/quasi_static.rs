@@ -6,7 +6,7 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::study::{MemoryLog, Study};
 use jointwatch_tests::lab::Lab;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, says, succeed};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::fs;
@@ -263,9 +263,7 @@ fn what_needs_time_is_refused_with_what_to_do() {
         let text = text(terms, top, axis);
         fs::write(folder.join("study.toml"), text).unwrap();
         let said = fail(folder, &["identify", ".", "--model", "physical"], 3);
-        for word in words {
-            assert!(said.contains(word), "{said}");
-        }
+        says(&said, words);
     };
     let spring = "\"stiffness@x\"";
     refused(

@@ -2,7 +2,7 @@
 //! sheet, a run that was broken off.
 
 use jointwatch_tests::learnt::value;
-use jointwatch_tests::program::{fail, read_json, run, succeed};
+use jointwatch_tests::program::{fail, read_json, run, says, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -101,10 +101,7 @@ fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
         "identify study.toml --model physical -o n.json",
         3,
     );
-    assert!(
-        said.contains("twice") && said.contains("columns = ["),
-        "{said}"
-    );
+    says(&said, &["twice", "columns = ["]);
 }
 
 /// A test machine's steps stand one below the other, each with a preface and a clock of its own.

@@ -13,7 +13,7 @@ use jointwatch::study::{Record, Study};
 use jointwatch::text::error::Error;
 use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
 use jointwatch_tests::monitor::watched::{Learnt, STUDY_LEVEL, Shaking, Subject};
-use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use jointwatch_tests::story::watched_rig;
 use serde_json::Value;
 use std::fs;
@@ -267,10 +267,7 @@ fn the_capture_of_an_alarm_names_what_changed() {
     let said = json(folder.path(), &changed);
     let words = succeed(folder.path(), &changed);
     println!("{words}");
-    assert!(
-        words.contains("Changed: stiffness of stiffness@x by +"),
-        "{words}"
-    );
+    says(&words, &["Changed: stiffness of stiffness@x by +"]);
     let parameters = said["parameters"].as_array().unwrap();
     let stiffness = parameters
         .iter()

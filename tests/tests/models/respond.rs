@@ -11,7 +11,7 @@ use jointwatch::simulate::{
     Contact, Joint, JointLaw, RigParameters, SimulationOptions, write_study,
 };
 use jointwatch::study::Study;
-use jointwatch_tests::program::{json, measurements, study_with_logs, succeed};
+use jointwatch_tests::program::{json, measurements, says, study_with_logs, succeed};
 use jointwatch_tests::story::story;
 use std::fs;
 use std::path::Path;
@@ -233,10 +233,7 @@ fn a_model_of_the_wrong_sign_diverges_and_the_program_says_when() {
         let mut arguments = vec!["respond", rig, "wrong.json", "--record", "valid.csv"];
         arguments.extend(way);
         let said = succeed(folder.path(), &arguments);
-        assert!(
-            said.contains("valid.csv: the simulation diverged at"),
-            "{said}"
-        );
+        says(&said, &["valid.csv: the simulation diverged at"]);
         let how = ["half-ranges from the middle", "beyond all numbers"];
         assert!(how.iter().any(|how| said.contains(how)), "{said}");
         arguments.extend(["-o", "states.csv"]);

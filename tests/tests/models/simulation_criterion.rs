@@ -1,7 +1,7 @@
 //! `identify --criterion simulation`: a model refined until its simulated motion fits the measured
 //! one.
 
-use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
@@ -150,9 +150,7 @@ fn what_cannot_be_refined_is_refused_in_one_sentence() {
     let refused = |kind: &str, code: i32, parts: &[&str]| {
         let identify = format!("identify study.toml --model {kind} --criterion simulation");
         let sentence = fail(folder.path(), &identify, code);
-        for part in parts {
-            assert!(sentence.contains(part), "{part} is missing in {sentence}");
-        }
+        says(&sentence, parts);
         assert!(!folder.path().join("model.json").exists());
     };
     refused("network", 2, &["network", "--model physical"]);

@@ -1,6 +1,6 @@
 //! Every subcommand as a user calls it: what it prints, what it leaves behind, how it ends.
 
-use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use jointwatch_tests::story::{copy_of_rig, story};
 use serde_json::Value;
 use std::fs;
@@ -19,17 +19,11 @@ fn simulate_writes_a_study_with_the_truth_beside_it_and_refuses_a_folder_in_use(
         succeed(folder.path(), &words)
     };
     let said = simulate("rig", 9);
-    assert!(
-        said.contains("seed 9") && said.contains("study.toml"),
-        "{said}"
-    );
+    says(&said, &["seed 9", "study.toml"]);
     let rig = folder.path().join("rig");
     assert!(rig.join("study.toml").is_file() && rig.join("truth/truth.json").is_file());
     let sentence = fail(folder.path(), &["simulate", "--out", "rig"], 1);
-    assert!(
-        sentence.contains("rig") && sentence.contains("not empty"),
-        "{sentence}"
-    );
+    says(&sentence, &["rig", "not empty"]);
 
     // The same seed gives the same bytes, another one others.
     simulate("again", 9);
@@ -56,10 +50,7 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
     for (fit, limit) in [("ridge", 256), ("least-squares", 256), ("select", 128)] {
         let identify = format!("identify rig --model polynomial --fit {fit} -o m.json");
         let said = succeed(folder.path(), &identify);
-        assert!(
-            said.contains("Verification") && said.contains("Validation") && said.contains("m.json"),
-            "{said}"
-        );
+        says(&said, &["Verification", "Validation", "m.json"]);
         let model = read_json(folder.path().join("m.json"));
         assert_eq!(model["fit"], fit);
         for axis in 0..2 {
@@ -74,10 +65,7 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
         folder.path(),
         "identify rig --model polynomial --order 1,1,0,0",
     );
-    assert!(
-        said.contains("r_x [N] =") && said.contains("r_phi [N·m] =") && said.contains("m/s"),
-        "{said}"
-    );
+    says(&said, &["r_x [N] =", "r_phi [N·m] =", "m/s"]);
     assert!(folder.path().join("model.json").is_file());
 
     let sentence = fail(
@@ -179,10 +167,7 @@ fn export_states_its_error_and_refuses_a_budget_it_cannot_keep() {
     let into = other.to_str().unwrap();
     let export = ["export", "model.json", "-o", into, "--budget", "1e-14"];
     let sentence = fail(story(), &export, 3);
-    assert!(
-        sentence.contains("coefficient") && sentence.contains("model.json"),
-        "{sentence}"
-    );
+    says(&sentence, &["coefficient", "model.json"]);
     assert!(!other.exists());
 }
 
@@ -241,15 +226,9 @@ fn replay_is_repeatable_and_close_to_compare() {
 #[test]
 fn inspect_shows_models_and_blobs() {
     let said = succeed(story(), &["inspect", "model.json"]);
-    assert!(
-        said.contains("polynomial") && said.contains("History") && said.contains("identified"),
-        "{said}"
-    );
+    says(&said, &["polynomial", "History", "identified"]);
     let said = succeed(story(), &["inspect", "model.bin"]);
-    assert!(
-        said.contains("inertia − force") && said.contains("error bound"),
-        "{said}"
-    );
+    says(&said, &["inertia − force", "error bound"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The pictures of `--plots`: sound SVG with titles and units, curves that show something, and the
 //! failing region where a simulated clearance fails.
 
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, says, succeed};
 use jointwatch_tests::story::story;
 use std::fs;
 use std::path::Path;
@@ -160,8 +160,5 @@ fn a_folder_that_cannot_be_made_is_told_in_a_sentence() {
         &["compare", "rig", "model.json", "--plots", file],
         1,
     );
-    assert!(
-        sentence.contains("taken") && sentence.contains("name another"),
-        "{sentence}"
-    );
+    says(&sentence, &["taken", "name another"]);
 }

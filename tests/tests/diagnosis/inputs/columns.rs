@@ -1,7 +1,7 @@
 //! Columns that the study does not name.
 
 use super::{DIAGNOSE, LINE, identify, record, study, written};
-use jointwatch_tests::program::{fail, read_json, succeed};
+use jointwatch_tests::program::{fail, read_json, says, succeed};
 use std::fs;
 use std::path::Path;
 
@@ -27,10 +27,7 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
     study(folder, "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"", "");
     identify(folder);
     let said = succeed(folder, DIAGNOSE);
-    assert!(
-        said.contains("the column \"U [V]\"") && said.contains("[[input]]"),
-        "{said}"
-    );
+    says(&said, &["the column \"U [V]\"", "[[input]]"]);
     let verdict = read_json(folder.join("verdict.json"));
     assert_eq!(verdict["verdict"], "effect", "{verdict}");
     assert_eq!(verdict["found"].as_array().unwrap().len(), 1, "{verdict}");
@@ -52,10 +49,7 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
     // It can be added by hand as well, and a column that is nowhere is told.
     succeed(folder, "add study.toml model.json coulomb*U~20ms@x");
     let sentence = fail(folder, "add study.toml model.json coulomb*W@x", 3);
-    assert!(
-        sentence.contains("\"W\"") && sentence.contains("[[input]]"),
-        "{sentence}"
-    );
+    says(&sentence, &["\"W\"", "[[input]]"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod standing;
 
 use jointwatch_shared::wire::rig_block::decode;
 use jointwatch_tests::learnt::value;
-use jointwatch_tests::program::{fail, json, read_json, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
@@ -179,10 +179,7 @@ fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
     // A study without it is refused, by name.
     fs::write(at.join("none.toml"), text.replace(VOLTAGE, "")).unwrap();
     let sentence = fail(at, &["replay", "model.bin", "none.toml"], 3);
-    assert!(
-        sentence.contains("voltage") && sentence.contains("[[input]]"),
-        "{sentence}"
-    );
+    says(&sentence, &["voltage", "[[input]]"]);
 
     // The firmware, its converter fed with force and voltage.
     let emulated = json(at, "emulate model.bin study.toml --quiet");
@@ -321,9 +318,7 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
             "identify study.toml --model physical -o model.json",
             3,
         );
-        for word in words {
-            assert!(sentence.contains(word), "{word}: {sentence}");
-        }
+        says(&sentence, words);
     };
     let base = "\"stiffness@x\", \"viscous@x\"";
     refused(
@@ -356,10 +351,7 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
     // One that never changes is told, and nothing is made of it.
     study(folder, base, VOLTAGE);
     let said = identified(folder);
-    assert!(
-        said.contains("voltage") && said.contains("same in all rows"),
-        "{said}"
-    );
+    says(&said, &["voltage", "same in all rows"]);
     succeed(folder, "diagnose study.toml model.json --json verdict.json");
     let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
     assert!(!verdict.contains("*voltage"), "{verdict}");

@@ -8,7 +8,7 @@ use jointwatch::fit::polynomial::{Method, PolynomialOptions};
 use jointwatch::fit::sums::{Part, Plan};
 use jointwatch::study::further::Template;
 use jointwatch::{MemoryLog, Model, Study};
-use jointwatch_tests::program::{fail, read_json, succeed};
+use jointwatch_tests::program::{fail, read_json, says, succeed};
 use jointwatch_tests::story::{copy_of_rig, story};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -174,10 +174,7 @@ fn what_does_not_belong_together_does_not_merge() {
     assert!(how.iter().any(|how| sentence.contains(how)), "{sentence}");
     let banded = DESCRIPTION.replace("sample_rate_hz", "band_hz = 60.0\n    sample_rate_hz");
     let sentence = refuse(&banded, 1.0);
-    assert!(
-        sentence.contains("other.acc is of another study.toml"),
-        "{sentence}"
-    );
+    says(&sentence, &["other.acc is of another study.toml"]);
     // Comments and layout say nothing of the logs.
     let commented = format!("# the same\n{DESCRIPTION}");
     let of_comment = Template::of_text("fleet", commented, 1000.0);
@@ -390,10 +387,7 @@ fn the_command_line_sums_merges_and_identifies() {
 
     let identify = "identify rig --from all.acc -o a.json --model polynomial";
     let said = succeed(here, identify);
-    assert!(
-        said.contains("Sums of study") && said.contains("Validation (other records)"),
-        "{said}"
-    );
+    says(&said, &["Sums of study", "Validation (other records)"]);
     let identify = "identify --from all.acc -o b.json --model polynomial";
     succeed(here, identify);
     succeed(here, "export b.json -o b.bin");
@@ -402,17 +396,11 @@ fn the_command_line_sums_merges_and_identifies() {
 
     let refused = |words: &str, code| fail(here, words, code);
     let twice = refused("merge 0.acc 1.acc 0.acc", 3);
-    assert!(
-        twice.contains("0.acc") && twice.contains("counted already"),
-        "{twice}"
-    );
+    says(&twice, &["0.acc", "counted already"]);
     let network = refused("identify --from all.acc --model network", 2);
     assert!(network.contains("network"), "{network}");
     let physical = refused("identify --from all.acc --model physical", 3);
-    assert!(
-        physical.contains("shapes its force") && physical.contains("select"),
-        "{physical}"
-    );
+    says(&physical, &["shapes its force", "select"]);
     let words = "identify --from all.acc --criterion simulation --model polynomial";
     assert!(refused(words, 2).contains("needs records"));
     assert!(refused("identify --model polynomial", 2).contains("study"));
