@@ -13,8 +13,8 @@ force = "F"
 inertia = 0
 "#;
 
-/// Writes `study.toml` of these logs, the first of which, so many, are learnt from, with these terms
-/// of its base where there are some.
+/// Writes `study.toml` of these logs, the first of which, so many, are learnt from, with the terms
+/// of its base where there are any.
 ///
 /// # Panics
 /// When it cannot be written.

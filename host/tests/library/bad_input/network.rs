@@ -3,7 +3,7 @@
 use super::{HEADING, STUDY, log, refusal, run, write};
 use tempfile::TempDir;
 
-/// Runs `identify` on a study with this first record; it must be refused in one sentence of our own.
+/// Runs `identify` on a study with this first record; it must be refused in a sentence of our own.
 fn said(one: &str, arguments: &[&str], exit: i32, parts: &[&str]) {
     let folder = TempDir::new().unwrap();
     write(&folder, STUDY, one);
