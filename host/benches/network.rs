@@ -13,6 +13,7 @@ use jointwatch::fit::moments::{Moments, Summation};
 use jointwatch::fit::network::{NetworkFit, NetworkOptions, TrainingObserver, fit_network};
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
 use jointwatch::model::{Polynomial, exponents};
+use jointwatch::paper::Spread;
 use jointwatch::signal::filters::Filters;
 use jointwatch::signal::motion::{Motion, low_pass, motions};
 use jointwatch::simulate::{SimulationOptions, simulate};
@@ -34,19 +35,8 @@ fn shortest<T>(runs: usize, mut run: impl FnMut() -> T) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    0.5 * (sorted[middle] + sorted[sorted.len() - 1 - middle])
-}
-
-fn least(values: &[f64]) -> f64 {
-    values.iter().copied().fold(f64::INFINITY, f64::min)
-}
-
-fn most(values: &[f64]) -> f64 {
-    values.iter().copied().fold(0.0, f64::max)
+fn spread(values: &[f64]) -> Spread {
+    Spread::of(values.iter().copied()).expect("values")
 }
 
 fn slices(series: &[Vec<f64>]) -> Vec<&[f64]> {
@@ -187,6 +177,7 @@ fn main() -> Result<()> {
             for (gains, gain) in gains.iter_mut().zip(all) {
                 gains.push(gain);
             }
+            let [cpu_s, sixteenth_s] = [&o.cpu_s, &o.sixteenth_s].map(|times| spread(times));
             println!(
                 "| {seed} | {:.2} / {:.2} | {:.2} / {:.2} | {:.3} / {:.3} | {:.0} / {:.0} | {:.0} / {:.0} | {:.2} to {:.2} | {:.3} to {:.3} | {:.0} to {:.0} |",
                 o.plain[0],
@@ -199,12 +190,12 @@ fn main() -> Result<()> {
                 plain[1],
                 ridge[0],
                 ridge[1],
-                least(&o.cpu_s),
-                most(&o.cpu_s),
-                least(&o.sixteenth_s),
-                most(&o.sixteenth_s),
-                least(&o.sixteenth_s) / o.polynomial_s,
-                most(&o.sixteenth_s) / o.polynomial_s,
+                cpu_s.least,
+                cpu_s.most,
+                sixteenth_s.least,
+                sixteenth_s.most,
+                sixteenth_s.least / o.polynomial_s,
+                sixteenth_s.most / o.polynomial_s,
             );
             last = Some(o);
         }
@@ -212,7 +203,10 @@ fn main() -> Result<()> {
         let clauses: Vec<String> = words
             .iter()
             .zip(&gains)
-            .map(|(name, gains)| format!("{name} {:.0}, least {:.0}", median(gains), least(gains)))
+            .map(|(name, gains)| {
+                let gains = spread(gains);
+                format!("{name} {:.0}, least {:.0}", gains.median, gains.least)
+            })
             .collect();
         println!(
             "\nError over network error, median: {}.",

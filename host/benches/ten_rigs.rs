@@ -6,6 +6,7 @@
 //! percent on the validation record, band-limited as `compare` does.
 
 use jointwatch::fit::polynomial::{Method, PolynomialOptions, fit_polynomial};
+use jointwatch::paper::Spread;
 use jointwatch::signal::filters::Filters;
 use jointwatch::signal::motion::{Motion, low_pass, motions};
 use jointwatch::simulate::{RigParameters, SimulationOptions, simulate};
@@ -72,12 +73,6 @@ fn rig(index: u64, snr_db: f64, duration_s: f64) -> Result<Outcome> {
     Ok(outcome)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    0.5 * (values[middle] + values[values.len() - 1 - middle])
-}
-
 fn main() -> Result<()> {
     let cases = [
         (0, 60.0, 5.0),
@@ -116,13 +111,10 @@ fn main() -> Result<()> {
                 plain[1] / default[1]
             );
         }
-        let least = gains
-            .each_ref()
-            .map(|g| g.iter().copied().fold(f64::INFINITY, f64::min));
-        let [x, phi] = gains.map(median);
+        let [x, phi] = gains.map(|gains| Spread::of(gains).expect("ten rigs"));
         println!(
-            "\nPlain error over default error: median {x:.2} on x and {phi:.2} on φ; least {:.2} and {:.2}.",
-            least[0], least[1]
+            "\nPlain error over default error: median {:.2} on x and {:.2} on φ; least {:.2} and {:.2}.",
+            x.median, phi.median, x.least, phi.least
         );
     }
     Ok(())

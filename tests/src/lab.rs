@@ -2,16 +2,17 @@
 //! would.
 
 use crate::program::jointwatch;
+use crate::running::Ended;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A lab that runs until it is dropped.
 pub struct Lab {
-    process: Child,
+    process: Ended,
     /// The address that it printed, with the token behind the #.
     pub url: String,
     /// Its port on 127.0.0.1.
@@ -20,18 +21,10 @@ pub struct Lab {
     pub token: String,
 }
 
-impl Drop for Lab {
-    fn drop(&mut self) {
-        // Whether it has ended by itself does not matter any more.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
 impl Lab {
     /// The number of its process.
     pub fn id(&self) -> u32 {
-        self.process.id()
+        self.process.0.id()
     }
 
     /// Starts the lab in a folder, with these words behind `jointwatch lab`.
@@ -70,7 +63,7 @@ impl Lab {
         let (address, token) = url.split_once("/#").expect("a token");
         let port = address.rsplit(':').next().and_then(|p| p.parse().ok());
         Self {
-            process,
+            process: Ended(process),
             port: port.expect("a port"),
             token: token.into(),
             url,

@@ -2,11 +2,12 @@
 //! debug probe would.
 
 use crate::elf::Image;
+use crate::running::Ended;
 use defmt_decoder::Table;
 use jointwatch::emulate::selftest::{self, Board, SLOT_A};
 use std::io::Write;
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 /// RAM of the STM32F405 as the image uses it.
@@ -14,17 +15,6 @@ const RAM: u64 = 0x2000_0000;
 const RAM_LEN: usize = 128 * 1024;
 /// How long an image may take to come to its last line; under QEMU it takes a fraction of a second.
 const LIMIT: Duration = Duration::from_secs(60);
-
-/// Ends QEMU whatever becomes of the test.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
 
 /// Boots the image `elf` with `blob` in slot A and gives its log, one line per message with its
 /// level, up to `last`.
@@ -46,7 +36,7 @@ pub fn boot_log(elf: &Path, blob: Option<&Path>, last: &str) -> Vec<String> {
             .arg(selftest::load_into_flash(blob, SLOT_A));
     }
     command.stdin(Stdio::piped()).stdout(Stdio::null());
-    let mut qemu = Running(command.spawn().expect("QEMU starts"));
+    let mut qemu = Ended(command.spawn().expect("QEMU starts"));
     let mut monitor = qemu.0.stdin.take().expect("it was piped");
 
     let folder = tempfile::tempdir().expect("a temporary folder");

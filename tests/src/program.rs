@@ -1,5 +1,6 @@
 //! The `jointwatch` program as a user runs it: built once, then called as a process of its own.
 
+use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -48,14 +49,51 @@ pub fn workspace() -> &'static Path {
         .expect("the tests lie in the workspace")
 }
 
+/// The words of a command line: one text with spaces between them, or a list where one of them may
+/// hold a space itself.
+pub trait Words {
+    /// One by one.
+    fn words(&self) -> Vec<&str>;
+}
+
+impl Words for str {
+    fn words(&self) -> Vec<&str> {
+        self.split(' ').collect()
+    }
+}
+
+impl Words for String {
+    fn words(&self) -> Vec<&str> {
+        self.as_str().words()
+    }
+}
+
+impl Words for [&str] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl<const COUNT: usize> Words for [&str; COUNT] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl Words for Vec<&str> {
+    fn words(&self) -> Vec<&str> {
+        self.clone()
+    }
+}
+
 /// Runs it in a folder.
 ///
 /// # Panics
 /// When the process does not start.
-pub fn run(folder: &Path, arguments: &[&str]) -> Output {
+pub fn run(folder: &Path, arguments: &(impl Words + ?Sized)) -> Output {
     Command::new(jointwatch())
         .current_dir(folder)
-        .args(arguments)
+        .args(arguments.words())
         .output()
         .expect("the program starts")
 }
@@ -64,15 +102,37 @@ pub fn run(folder: &Path, arguments: &[&str]) -> Output {
 ///
 /// # Panics
 /// When it fails.
-pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
+pub fn succeed(folder: &Path, arguments: &(impl Words + ?Sized)) -> String {
     let output = run(folder, arguments);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(
         output.status.success(),
-        "{arguments:?} ended with {:?}: {said}",
+        "{:?} ended with {:?}: {said}",
+        arguments.words(),
         output.status.code()
     );
     String::from_utf8(output.stdout).expect("text is UTF-8")
+}
+
+/// Runs it with `--json -` behind its arguments, and gives what it printed.
+///
+/// # Panics
+/// When it fails, or prints anything else.
+pub fn json(folder: &Path, arguments: &(impl Words + ?Sized)) -> Value {
+    let arguments = [&arguments.words()[..], &["--json", "-"]].concat();
+    parsed(&succeed(folder, &arguments))
+}
+
+/// What a file holds as JSON.
+///
+/// # Panics
+/// When it is not there, or holds anything else.
+pub fn read_json(file: impl AsRef<Path>) -> Value {
+    parsed(&std::fs::read_to_string(file).expect("a file"))
+}
+
+fn parsed(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
 }
 
 /// Runs it, expects this exit code, one sentence on standard error and nothing on standard output;
@@ -80,8 +140,9 @@ pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
 ///
 /// # Panics
 /// When anything else happens.
-pub fn fail(folder: &Path, arguments: &[&str], code: i32) -> String {
+pub fn fail(folder: &Path, arguments: &(impl Words + ?Sized), code: i32) -> String {
     let output = run(folder, arguments);
+    let arguments = arguments.words();
     let said = String::from_utf8(output.stderr).expect("text is UTF-8");
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
     assert_eq!(said.lines().count(), 1, "one sentence, not {said:?}");
@@ -91,6 +152,17 @@ pub fn fail(folder: &Path, arguments: &[&str], code: i32) -> String {
         String::from_utf8_lossy(&output.stdout)
     );
     said
+}
+
+/// Whether a text holds all of these parts.
+///
+/// # Panics
+/// When it lacks one.
+#[track_caller]
+pub fn says(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "no {part:?} in {text}");
+    }
 }
 
 /// A folder with this study and copies of its logs.

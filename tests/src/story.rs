@@ -17,22 +17,13 @@ pub fn story() -> &'static Path {
     static STORY: OnceLock<TempDir> = OnceLock::new();
     let folder = STORY.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
-        succeed(
-            folder.path(),
-            &["simulate", "--out", "rig", "--seed", "3", "--duration", "6"],
-        );
-        succeed(
-            folder.path(),
-            &[
-                "identify",
-                "rig/study.toml",
-                "--model",
-                "polynomial",
-                "-o",
-                "model.json",
-            ],
-        );
-        succeed(folder.path(), &["export", "model.json", "-o", "model.bin"]);
+        for words in [
+            "simulate --out rig --seed 3 --duration 6",
+            "identify rig/study.toml --model polynomial -o model.json",
+            "export model.json -o model.bin",
+        ] {
+            succeed(folder.path(), words);
+        }
         folder
     });
     folder.path()
@@ -52,12 +43,13 @@ pub fn watched_rig(folder: &Path, seed: u64) {
         ..SimulationOptions::default()
     };
     write_study(&folder.join("rig"), &options).unwrap();
-    let run = |arguments: &[&str]| succeed(folder, arguments);
-    let study = "rig/study.toml";
-    run(&["identify", study, "--model", "physical", "-o", "model.json"]);
-    run(&["export", "model.json", "-o", "model.bin"]);
-    let rig = ["--rig", "defaults", "--study", study, "-o", "rig.bin"];
-    run(&[&["export", "model.json"], &rig[..]].concat());
+    for words in [
+        "identify rig/study.toml --model physical -o model.json",
+        "export model.json -o model.bin",
+        "export model.json --rig defaults --study rig/study.toml -o rig.bin",
+    ] {
+        succeed(folder, words);
+    }
 }
 
 /// A copy of the simulated study that a test may spoil.

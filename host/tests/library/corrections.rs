@@ -1,6 +1,7 @@
 //! A study whose instruments are wrong: the faults are found, put right, and carried to the
 //! device's integers.
 
+use crate::effects_recovered::rms;
 use jointwatch::assess::compare;
 use jointwatch::device::{export, replay};
 use jointwatch::diagnose::diagnose;
@@ -37,6 +38,16 @@ const FAULTS: [&str; 4] = [
     "inertia_error@phi",
 ];
 
+/// The study through right instruments.
+fn right() -> Study {
+    println!("seed {SEED}");
+    let options = SimulationOptions {
+        seed: SEED,
+        ..SimulationOptions::default()
+    };
+    simulate(&options).unwrap().study
+}
+
 /// The study through wrong instruments.
 fn damaged(study: &Study) -> Study {
     let mut study = study.clone();
@@ -55,7 +66,21 @@ fn damaged(study: &Study) -> Study {
     study
 }
 
-fn learnt(study: &Study, terms: &[&str]) -> ModelFile {
+/// Whether a model's corrections leave of wrong records less than so many newtons, and an error as
+/// of a model of the right ones.
+#[track_caller]
+fn puts_right(with: &ModelFile, [wrong, right]: [&Study; 2], newtons: f64) {
+    let corrected = with.corrected(wrong).unwrap();
+    for (seen, truth) in corrected.records.iter().zip(&right.records) {
+        let pairs = seen.axes[0].force.iter().zip(&truth.axes[0].force);
+        let off = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        assert!(off < newtons, "{}: {off} N", truth.file);
+    }
+    let error = |model: &ModelFile| model.validation[0].relative_error;
+    assert!(error(with) < 1.1 * error(&learnt(right, &JOINT)));
+}
+
+pub(crate) fn learnt(study: &Study, terms: &[&str]) -> ModelFile {
     let mut study = study.clone();
     study.base_terms = terms.iter().map(|t| (*t).to_owned()).collect();
     identify::physical(&study).unwrap().model
@@ -68,12 +93,7 @@ fn value(model: &ModelFile, effect: &str) -> f64 {
 
 #[test]
 fn wrong_instruments_are_found_and_put_right_up_to_the_device() {
-    println!("seed {SEED}");
-    let options = SimulationOptions {
-        seed: SEED,
-        ..SimulationOptions::default()
-    };
-    let right = simulate(&options).unwrap().study;
+    let right = right();
     let wrong = damaged(&right);
     let without = learnt(&wrong, &JOINT);
     let with = learnt(&wrong, &[&JOINT[..], &FAULTS[..]].concat());
@@ -185,14 +205,7 @@ fn humming(study: &Study, size: f64) -> Study {
 
 #[test]
 fn hum_is_found_and_taken_out_of_every_record_without_real_force() {
-    println!("seed {SEED}");
-    let options = SimulationOptions {
-        seed: SEED,
-        ..SimulationOptions::default()
-    };
-    let right = simulate(&options).unwrap().study;
-    let rms =
-        |series: &[f64]| (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt();
+    let right = right();
     let size = 0.1 * rms(&right.records[0].axes[0].force);
     let wrong = humming(&right, size);
     let with = learnt(&wrong, &[&JOINT[..], &["mains_hum@x"]].concat());
@@ -273,9 +286,6 @@ fn a_wrong_gain_is_that_of_the_channel_and_not_of_what_a_ground_spring_leaves() 
         let mut study = free.clone();
         // A spring to ground that takes as much force as the drive gives.
         let body = |study: &Study| study.records[0].axes[0].body_position.clone().unwrap();
-        let rms = |series: &[f64]| {
-            (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt()
-        };
         let stiffness = share * rms(&free.records[0].axes[0].force) / rms(&body(&free));
         study.axes[0].ground_stiffness = stiffness;
         for record in &mut study.records {
@@ -303,12 +313,7 @@ fn a_wrong_gain_is_that_of_the_channel_and_not_of_what_a_ground_spring_leaves() 
 
 #[test]
 fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_record() {
-    println!("seed {SEED}");
-    let options = SimulationOptions {
-        seed: SEED,
-        ..SimulationOptions::default()
-    };
-    let right = simulate(&options).unwrap().study;
+    let right = right();
     let mut wrong = right.clone();
     let zeros = [0.0, 3.0, -2.0, 5.0];
     for (record, zero) in wrong.records.iter_mut().zip(zeros) {
@@ -336,15 +341,7 @@ fn a_zero_that_differs_from_record_to_record_is_named_and_taken_out_of_every_rec
     assert!(low < truth && truth < high, "{low} to {high}");
 
     let with = learnt(&wrong, &[&JOINT[..], &["force_zero@x"]].concat());
-    let best = learnt(&right, &JOINT);
-    let corrected = with.corrected(&wrong).unwrap();
-    for (seen, truth) in corrected.records.iter().zip(&right.records) {
-        let pairs = seen.axes[0].force.iter().zip(&truth.axes[0].force);
-        let off = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-        assert!(off < 0.05, "{}: {off} N", truth.file);
-    }
-    let error = |model: &ModelFile| model.validation[0].relative_error;
-    assert!(error(&with) < 1.1 * error(&best));
+    puts_right(&with, [&wrong, &right], 0.05);
     // The root mean square over the three training records.
     let mean_square = zeros[..3].iter().map(|z| z * z).sum::<f64>() / 3.0;
     assert!((value(&with, "force_zero@x") - mean_square.sqrt()).abs() < 0.05);
@@ -381,12 +378,7 @@ fn drifting(study: &Study, rises: &[f64]) -> Study {
 
 #[test]
 fn a_zero_that_drifts_is_named_and_taken_out_of_every_record() {
-    println!("seed {SEED}");
-    let options = SimulationOptions {
-        seed: SEED,
-        ..SimulationOptions::default()
-    };
-    let right = simulate(&options).unwrap().study;
+    let right = right();
     let rises = [4.0, -7.0, 3.0, 6.0];
     let wrong = drifting(&right, &rises);
     let found = |study: &Study| -> Vec<String> {
@@ -402,15 +394,7 @@ fn a_zero_that_drifts_is_named_and_taken_out_of_every_record() {
     assert_eq!(found(&one), ["force_drift@x"]);
 
     let with = learnt(&wrong, &[&JOINT[..], &["force_drift@x"]].concat());
-    let best = learnt(&right, &JOINT);
-    let corrected = with.corrected(&wrong).unwrap();
-    for (seen, truth) in corrected.records.iter().zip(&right.records) {
-        let pairs = seen.axes[0].force.iter().zip(&truth.axes[0].force);
-        let off = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
-        assert!(off < 0.1, "{}: {off} N", truth.file);
-    }
-    let error = |model: &ModelFile| model.validation[0].relative_error;
-    assert!(error(&with) < 1.1 * error(&best));
+    puts_right(&with, [&wrong, &right], 0.1);
 
     // Both sizes, root mean square over the three training records, within their intervals.
     let seconds = right
@@ -422,7 +406,6 @@ fn a_zero_that_drifts_is_named_and_taken_out_of_every_record() {
         .zip(seconds)
         .map(|(rise, s)| rise / s)
         .collect();
-    let rms = |all: &[f64]| (all.iter().map(|v| v * v).sum::<f64>() / all.len() as f64).sqrt();
     let term = with.effects.iter().find(|e| e.name() == "force_drift@x");
     let [zero, drift] = [0, 1].map(|at| &term.unwrap().parameters[at]);
     for (parameter, truth) in [(zero, 0.3 * rms(&rises[..3])), (drift, rms(&slopes[..3]))] {

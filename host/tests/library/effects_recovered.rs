@@ -149,7 +149,7 @@ fn owners(
     ties.map(owner).collect()
 }
 
-fn rms(series: &[f64]) -> f64 {
+pub(crate) fn rms(series: &[f64]) -> f64 {
     (series.iter().map(|v| v * v).sum::<f64>() / series.len() as f64).sqrt()
 }
 

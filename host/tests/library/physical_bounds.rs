@@ -1,8 +1,7 @@
 //! What a fit must not say: a mass below nothing, a friction that pushes, metres where the heading
 //! says millimetres.
 
-use jointwatch::fit::identify;
-use jointwatch::model::file::ModelFile;
+use crate::corrections::learnt;
 use jointwatch::{MemoryLog, Study, add};
 use std::f64::consts::TAU;
 
@@ -61,12 +60,6 @@ fn pendulum([q, v, a]: &[f64; 3]) -> [f64; 2] {
         *q,
         0.2 * a + 40.0 * q.sin() + 0.1 * v + 1e-3 * noise((1e6 * q.abs()) as usize),
     ]
-}
-
-fn learnt(study: &Study, terms: &[&str]) -> ModelFile {
-    let mut study = study.clone();
-    study.base_terms = terms.iter().map(|t| (*t).to_owned()).collect();
-    identify::physical(&study).unwrap().model
 }
 
 #[test]

@@ -2,17 +2,15 @@
 
 use super::catalogue::SUBJECTS;
 use super::judge::{Expected, Judgement};
+use jointwatch::paper::Spread;
 use std::fmt::Write as _;
 
 /// Something that holds of a judgement or not.
 type Question = fn(&Judgement) -> bool;
 
-/// The middle of some numbers; nothing of none.
+/// The middle of the numbers that are finite; nothing of none.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+    Spread::of(values.filter(|v| v.is_finite())).map(|spread| spread.median)
 }
 
 fn count(of: &[&Judgement], what: impl Fn(&Judgement) -> bool) -> usize {

@@ -2,9 +2,8 @@
 //! have it.
 
 use jointwatch_shared::wire::rig_block::decode;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, succeed};
 use jointwatch_tests::story::watched_rig;
-use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -59,19 +58,10 @@ fn with(line: &str) -> String {
 }
 
 /// Writes a description under a name, and the arguments that export its block with limits.
-fn export<'a>(name: &'a [String; 2], description: &str) -> [&'a str; 8] {
+fn export(name: &[String; 2], description: &str) -> String {
     let [toml, block] = name;
     fs::write(rig().join(toml), description).unwrap();
-    [
-        "export",
-        "model.json",
-        "--rig",
-        toml,
-        "--study",
-        "rig",
-        "-o",
-        block,
-    ]
+    format!("export model.json --rig {toml} --study rig -o {block}")
 }
 
 fn named(name: &str) -> [String; 2] {
@@ -80,8 +70,7 @@ fn named(name: &str) -> [String; 2] {
 
 /// Relative errors of the last record by axis.
 fn errors(block: &str) -> [f64; 2] {
-    let replay = ["replay", "model.bin", "rig", "--rig", block, "--json", "-"];
-    let said: Value = serde_json::from_str(&succeed(rig(), &replay)).unwrap();
+    let said = json(rig(), &format!("replay model.bin rig --rig {block}"));
     let records = said["records"].as_array().unwrap();
     let axes = &records.last().unwrap()["axes"];
     ["x", "phi"].map(|axis| axes[axis]["relative_error"].as_f64().unwrap())
@@ -140,8 +129,7 @@ fn records_from_a_device_are_free_of_its_boards_skew() {
     let study = study.to_str().unwrap();
     let from = ["study-from", frames, "--rig", block, "--model", "model.bin"];
     succeed(rig(), &[&from[..], &["-o", study]].concat());
-    let compare = ["compare", study, "model.json", "--json", "-"];
-    let said: Value = serde_json::from_str(&succeed(rig(), &compare)).unwrap();
+    let said = json(rig(), &["compare", study, "model.json"]);
     for axis in said["verification"].as_array().unwrap() {
         let error = axis["relative_error"].as_f64().unwrap();
         assert!(error < 0.005, "{said}");
@@ -198,16 +186,8 @@ fn a_signed_model_says_for_whom_it_is() {
     let folder = TempDir::new().unwrap();
     let path = |file: &str| rig().join(file).to_str().unwrap().to_owned();
     let (model, block) = (path("model.bin"), path("rig.bin"));
-    let sign = [
-        "sign",
-        &model,
-        "--development-key",
-        "--release",
-        "7",
-        "--class",
-        "press",
-        "-o",
-    ];
+    let sign = ["sign", &model, "--development-key", "--release", "7"];
+    let sign = [&sign[..], &["--class", "press", "-o"]].concat();
     let at = folder.path();
     succeed(at, &[&sign[..], &["bare.signed"]].concat());
     succeed(
@@ -219,8 +199,7 @@ fn a_signed_model_says_for_whom_it_is() {
         bare.contains("Release 7, for the class \"press\", with no rig block"),
         "{bare}"
     );
-    let whole = succeed(at, &["inspect", "whole.signed", "--json", "-"]);
-    let whole: Value = serde_json::from_str(&whole).unwrap();
+    let whole = json(at, &["inspect", "whole.signed"]);
     assert_eq!(whole["signed"]["rig_bytes"], 4096);
     assert_eq!(whole["signed"]["signature"], true);
     assert!(whole["axes"].is_array(), "{whole}");

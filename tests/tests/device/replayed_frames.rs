@@ -18,7 +18,7 @@ use jointwatch_shared::wire::wiring::Readings;
 use jointwatch_tests::bus::chips;
 use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
 use jointwatch_tests::monitor::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
-use jointwatch_tests::program::{run, succeed};
+use jointwatch_tests::program::{json, run, succeed};
 use jointwatch_tests::story::watched_rig;
 use std::cell::RefCell;
 use std::fmt::Write;
@@ -213,8 +213,7 @@ fn fail_on_ends_with_its_own_exit_code() {
     let replay = ["replay", "model.bin", study.to_str().unwrap()];
     let monitored = [&replay[..], &["--rig", "rig.bin", "--monitor"]].concat();
     // Without it an alarm is a result like any other.
-    let figures = succeed(story(), &[&monitored[..], &["--json", "-"]].concat());
-    let figures: serde_json::Value = serde_json::from_str(&figures).unwrap();
+    let figures = json(story(), &monitored);
     let x = &figures["monitor"]["records"][0]["axes"]["x"];
     assert_eq!(x["state"], "alarm", "{figures}");
     // Shaken at random, the joint moves too gently in a third of the blocks; those and no others

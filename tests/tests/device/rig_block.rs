@@ -2,7 +2,7 @@
 //! with it is said with its line.
 
 use jointwatch_shared::wire::rig_block::{RIG_BLOCK_LEN, decode};
-use jointwatch_tests::program::{fail, succeed, workspace};
+use jointwatch_tests::program::{fail, json, succeed, workspace};
 use jointwatch_tests::story::story;
 use std::fs;
 use std::path::Path;
@@ -61,10 +61,9 @@ fn the_documented_description_becomes_the_numbers_of_a_block() {
     for part in ["1500.0", "620.0", "+1z -0z", "without limits", "+0x"] {
         assert!(inspected.contains(part), "{part} is missing in {inspected}");
     }
-    let json = succeed(folder.path(), &["inspect", "rig.bin", "--json", "-"]);
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["axes"][1]["far"], "+2");
-    assert_eq!(json["gains"][1], 64);
+    let inspected = json(folder.path(), "inspect rig.bin");
+    assert_eq!(inspected["axes"][1]["far"], "+2");
+    assert_eq!(inspected["gains"][1], 64);
 }
 
 #[test]
@@ -109,14 +108,13 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
     for part in ["60 days", "less friction", &format!("{checksum:08x}")] {
         assert!(inspected.contains(part), "{part} is missing in {inspected}");
     }
-    let json = succeed(at, &["inspect", "rig.bin", "--json", "-", "--quiet"]);
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["model_checksum"], checksum);
+    let block_said = json(at, "inspect rig.bin --quiet");
+    assert_eq!(block_said["model_checksum"], checksum);
     let blob = succeed(at, &["inspect", "model.bin"]);
     assert!(blob.contains(&format!("checksum {checksum:08x}")), "{blob}");
     let head = format!("for the model whose checksum is {checksum:08x}");
     assert!(inspected.contains(&head), "{inspected}");
-    let seen = json["limits"]["axes"][1]["sums"][1]["threshold"]
+    let seen = block_said["limits"]["axes"][1]["sums"][1]["threshold"]
         .as_f64()
         .unwrap();
     let held = f64::from(limits.axes[1].stiffness.more.threshold) * 100.0 / 65536.0;
@@ -124,19 +122,10 @@ fn a_study_puts_the_monitors_limits_into_the_block_and_replay_takes_them_from_th
 
     // The same verdicts from the block's limits as from the study's, which are the same but for the
     // accelerometers' steps.
-    let replay = [
-        "replay",
-        "model.bin",
-        study,
-        "--monitor",
-        "--quiet",
-        "--json",
-        "-",
-    ];
+    let replay = ["replay", "model.bin", study, "--monitor", "--quiet"];
     let verdicts = |more: &[&str]| -> Vec<(String, Vec<String>)> {
-        let json = succeed(at, &[&replay[..], more].concat());
-        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-        let records = json["monitor"]["records"].as_array().unwrap().iter();
+        let said = json(at, &[&replay[..], more].concat());
+        let records = said["monitor"]["records"].as_array().unwrap().iter();
         let reasons = |record: &serde_json::Value| {
             let changes = record["changes"].as_array().unwrap().iter();
             changes.map(|c| c["reason"].to_string()).collect()

@@ -3,7 +3,7 @@
 
 use jointwatch_tests::hidden::cases::{Case, Options};
 use jointwatch_tests::hidden::study;
-use jointwatch_tests::program::{fail, run, succeed};
+use jointwatch_tests::program::{fail, json, read_json, run, says, succeed};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -28,10 +28,6 @@ fn hiding_in(number: usize, name: &str, folder: &Path) -> Case {
     case
 }
 
-fn parsed(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
-
 fn number(value: &Value) -> f64 {
     value
         .as_f64()
@@ -40,28 +36,14 @@ fn number(value: &Value) -> f64 {
 
 /// Adds what is hidden on x to a model; the validation error has to fall to this part, and the
 /// device has to agree.
-fn falls_when_added(folder: &Path, model: &[&str], effect: &str, most: f64) {
-    let run = |arguments: &[&str]| succeed(folder, arguments);
-    run(&[
-        &["identify", "study.toml", "-o", "base.json", "--quiet"],
-        model,
-    ]
-    .concat());
-    let added = format!("{effect}@x");
-    let said = run(&[
-        "add",
-        "study.toml",
-        "base.json",
-        &added,
-        "-o",
-        "wider.json",
-        "--json",
-        "-",
-    ]);
-    let said = parsed(&said);
+fn falls_when_added(folder: &Path, model: &str, effect: &str, most: f64) {
+    let identify = format!("identify study.toml -o base.json --quiet {model}");
+    succeed(folder, &identify);
+    let add = format!("add study.toml base.json {effect}@x -o wider.json");
+    let said = json(folder, &add);
     let [before, after] =
         ["before", "after"].map(|at| number(&said["errors"][at][0]["relative_error"]));
-    println!("{effect} beside {model:?}: {before:.4} to {after:.4}");
+    println!("{effect} beside {model}: {before:.4} to {after:.4}");
     assert_eq!(said["helps"], true);
     assert_eq!(said["errors"]["judged_on"], "validation");
     assert!(after < most * before, "{before} to {after}");
@@ -71,24 +53,9 @@ fn falls_when_added(folder: &Path, model: &[&str], effect: &str, most: f64) {
         assert!(low < value && value < high, "{parameter}");
     }
     // The device holds base and effect together and says the same.
-    let compared = parsed(&run(&[
-        "compare",
-        "study.toml",
-        "wider.json",
-        "--json",
-        "-",
-    ]));
-    run(&["export", "wider.json", "-o", "wider.bin", "--quiet"]);
-    let replay = [
-        "replay",
-        "wider.bin",
-        "study.toml",
-        "--record",
-        "valid.csv",
-        "--json",
-        "-",
-    ];
-    let replayed = parsed(&run(&replay));
+    let compared = json(folder, "compare study.toml wider.json");
+    succeed(folder, "export wider.json -o wider.bin --quiet");
+    let replayed = json(folder, "replay wider.bin study.toml --record valid.csv");
     let host = number(&compared["validation"][0]["nmse_percent"]);
     let device = number(&replayed["records"][0]["axes"]["x"]["nmse_percent"]);
     println!("NMSE of the host {host:.4} %, of the device {device:.4} %");
@@ -98,13 +65,17 @@ fn falls_when_added(folder: &Path, model: &[&str], effect: &str, most: f64) {
     );
 }
 
+/// Learns `base.json`.
+fn identify(folder: &Path, kind: &str) {
+    let identify = format!("identify study.toml --model {kind} -o base.json --quiet");
+    succeed(folder, &identify);
+}
+
 /// What `add` says of an effect beside the study's base.
 fn added_to_base(folder: &Path, effect: &str) -> Value {
-    let identify = ["identify", "study.toml", "--model", "physical", "--quiet"];
-    succeed(folder, &[&identify[..], &["-o", "base.json"]].concat());
-    let add = ["add", "study.toml", "base.json", effect, "-o", "wider.json"];
-    let more = ["--force", "--json", "-"];
-    parsed(&succeed(folder, &[&add[..], &more].concat()))
+    identify(folder, "physical");
+    let add = format!("add study.toml base.json {effect} -o wider.json --force");
+    json(folder, &add)
 }
 
 #[test]
@@ -143,7 +114,7 @@ fn friction_and_hysteresis_beside_a_polynomial() {
     for (effect, most) in [("coulomb", 0.8), ("jenkins", 0.7), ("bouc_wen", 0.7)] {
         let folder = tempfile::tempdir().unwrap();
         hiding(effect, folder.path());
-        falls_when_added(folder.path(), &["--model", "polynomial"], effect, most);
+        falls_when_added(folder.path(), "--model polynomial", effect, most);
     }
 }
 
@@ -152,22 +123,9 @@ fn friction_beside_a_network_and_what_it_had_absorbed() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     hiding("coulomb", folder);
-    let network = [
-        "--model",
-        "network",
-        "--neurons",
-        "20",
-        "--restarts",
-        "1",
-        "--seed",
-        "1",
-    ];
-    falls_when_added(folder, &network, "coulomb", 0.85);
-    let said = succeed(
-        folder,
-        &["diagnose", "study.toml", "base.json", "--json", "-"],
-    );
-    let said = parsed(&said);
+    let network = "--model network --neurons 20 --restarts 1 --seed 1";
+    falls_when_added(folder, network, "coulomb", 0.85);
+    let said = json(folder, "diagnose study.toml base.json");
     assert_eq!(said["found"][0]["effect"], "coulomb");
     let share = number(&said["absorbed"][0]["share"]);
     println!("the network follows {share:.3} of it");
@@ -180,27 +138,9 @@ fn the_loop_ends_at_the_noise_and_leaves_its_history() {
     let folder = folder.path();
     hiding("coulomb", folder);
     for (kind, most) in [("physical", 0.2), ("polynomial", 0.8)] {
-        let identify = [
-            "identify",
-            "study.toml",
-            "--model",
-            kind,
-            "-o",
-            "base.json",
-            "--quiet",
-        ];
-        succeed(folder, &identify);
-        let apply = [
-            "diagnose",
-            "study.toml",
-            "base.json",
-            "--apply",
-            "-o",
-            "all.json",
-            "--json",
-            "said.json",
-        ];
-        let text = succeed(folder, &apply);
+        identify(folder, kind);
+        let apply = "diagnose study.toml base.json --apply -o all.json --json said.json";
+        let text = succeed(folder, apply);
         for part in [
             "Missing: coulomb@x",
             "Staircase",
@@ -210,8 +150,7 @@ fn the_loop_ends_at_the_noise_and_leaves_its_history() {
         ] {
             assert!(text.contains(part), "no {part:?} in {text}");
         }
-        let said = fs::read_to_string(folder.join("said.json")).unwrap();
-        let said = parsed(&said);
+        let said = read_json(folder.join("said.json"));
         assert_eq!(said["verdict"], "effect");
         assert_eq!(said["verdict_after"], "none", "{said}");
         let steps = said["staircase"]["steps"].as_array().unwrap();
@@ -234,18 +173,11 @@ fn the_loop_ends_at_the_noise_and_leaves_its_history() {
             );
         }
         // Nothing is found a second time, and nothing is written then.
-        let again = [
-            "diagnose",
-            "study.toml",
-            "all.json",
-            "--apply",
-            "-o",
-            "again.json",
-        ];
-        assert!(succeed(folder, &again).contains("no model was written"));
+        let again = "diagnose study.toml all.json --apply -o again.json";
+        assert!(succeed(folder, again).contains("no model was written"));
         assert!(!folder.join("again.json").exists());
 
-        let model = parsed(&fs::read_to_string(folder.join("all.json")).unwrap());
+        let model = read_json(folder.join("all.json"));
         let entry = &model["history"][1];
         assert_eq!(entry["what"], "added: coulomb@x");
         assert_eq!(
@@ -256,10 +188,7 @@ fn the_loop_ends_at_the_noise_and_leaves_its_history() {
             ["before", "after"].map(|at| number(&entry["change"][at][0]["relative_error"]));
         assert!(change[1] < change[0]);
         let shown = succeed(folder, &["inspect", "all.json"]);
-        assert!(
-            shown.contains("added: coulomb@x") && shown.contains("before and after"),
-            "{shown}"
-        );
+        says(&shown, &["added: coulomb@x", "before and after"]);
     }
 }
 
@@ -278,21 +207,8 @@ fn without_validation_records_blocks_are_held_out() {
         (format!("{kept}[base]{base}"), false),
     ] {
         fs::write(&path, study).unwrap();
-        let identify = [
-            "identify",
-            "study.toml",
-            "--model",
-            "polynomial",
-            "-o",
-            "base.json",
-            "--quiet",
-        ];
-        succeed(folder, &identify);
-        let said = succeed(
-            folder,
-            &["diagnose", "study.toml", "base.json", "--json", "-"],
-        );
-        let said = parsed(&said);
+        identify(folder, "polynomial");
+        let said = json(folder, "diagnose study.toml base.json");
         assert_eq!(said["judged_on"], "held_out_blocks");
         let notes = said["notes"].to_string();
         assert!(notes.contains("no validation records"), "{notes}");
@@ -303,29 +219,11 @@ fn without_validation_records_blocks_are_held_out() {
         );
     }
     for kind in ["physical", "polynomial"] {
-        succeed(
-            folder,
-            &[
-                "identify",
-                "study.toml",
-                "--model",
-                kind,
-                "-o",
-                "base.json",
-                "--quiet",
-            ],
-        );
-        let add = [
-            "add",
-            "study.toml",
-            "base.json",
-            "coulomb@x",
-            "-o",
-            "wider.json",
-        ];
-        let text = succeed(folder, &[&add[..], &["--json", "said.json"]].concat());
+        identify(folder, kind);
+        let add = "add study.toml base.json coulomb@x -o wider.json --json said.json";
+        let text = succeed(folder, add);
         assert!(text.contains("no validation records"), "{text}");
-        let said = parsed(&fs::read_to_string(folder.join("said.json")).unwrap());
+        let said = read_json(folder.join("said.json"));
         assert_eq!(said["errors"]["judged_on"], "held_out_blocks");
         let [before, after] =
             ["before", "after"].map(|at| number(&said["errors"][at][0]["relative_error"]));
@@ -333,10 +231,7 @@ fn without_validation_records_blocks_are_held_out() {
         assert!(after < 0.8 * before);
         if kind == "polynomial" {
             // Errors on rows that were learnt from flatter a model of 256 terms.
-            let learnt = parsed(&succeed(
-                folder,
-                &["compare", "study.toml", "base.json", "--json", "-"],
-            ));
+            let learnt = json(folder, "compare study.toml base.json");
             assert!(before > number(&learnt["verification"][0]["relative_error"]));
         }
     }
@@ -348,66 +243,43 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
     let folder = folder.path();
     hiding("coulomb", folder);
     for kind in ["physical", "polynomial"] {
-        let name = format!("{kind}.json");
-        succeed(
-            folder,
-            &[
-                "identify",
-                "study.toml",
-                "--model",
-                kind,
-                "-o",
-                &name,
-                "--quiet",
-            ],
-        );
+        let identify = format!("identify study.toml --model {kind} -o {kind}.json --quiet");
+        succeed(folder, &identify);
     }
     fs::write(folder.join("kept.json"), "kept").unwrap();
-    let refused = |model: &str, effects: &[&str], code: i32, parts: &[&str]| {
-        let start = ["add", "study.toml", model, "-o", "kept.json", "--quiet"];
-        let error = fail(folder, &[&start[..], effects].concat(), code);
-        for part in parts {
-            assert!(error.contains(part), "no {part:?} in {error}");
-        }
+    let refused = |model: &str, effects: &str, code: i32, parts: &[&str]| {
+        let add = format!("add study.toml {model} -o kept.json --quiet {effects}");
+        let error = fail(folder, &add, code);
+        says(&error, parts);
         assert_eq!(
             fs::read_to_string(folder.join("kept.json")).unwrap(),
             "kept"
         );
     };
-    refused(
-        "physical.json",
-        &["coulomb@x", "coulomb@x"],
-        3,
-        &["stands twice"],
-    );
-    refused(
-        "physical.json",
-        &["stiffness@x"],
-        3,
-        &["stiffness@x already"],
-    );
+    refused("physical.json", "coulomb@x coulomb@x", 3, &["stands twice"]);
+    refused("physical.json", "stiffness@x", 3, &["stiffness@x already"]);
     refused(
         "polynomial.json",
-        &["coulom@x"],
+        "coulom@x",
         3,
         &["did you mean \"coulomb\""],
     );
-    refused("polynomial.json", &["coulomb@y"], 3, &["coulomb@y", "axis"]);
+    refused("polynomial.json", "coulomb@y", 3, &["coulomb@y", "axis"]);
     refused(
         "polynomial.json",
-        &["stiffness@x"],
+        "stiffness@x",
         3,
         &["stiffness@x", "told apart"],
     );
     refused(
         "physical.json",
-        &["cubic_hardening@phi"],
+        "cubic_hardening@phi",
         1,
         &["does not help", "--force"],
     );
     refused(
         "physical.json",
-        &["force_gain@x", "inertia_error@x"],
+        "force_gain@x inertia_error@x",
         3,
         &["force_gain@x", "inertia_error@x"],
     );
@@ -436,7 +308,7 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
         assert!(good.contains(from));
         fs::write(&path, good.replacen(from, to, 1)).unwrap();
         for model in ["physical.json", "polynomial.json"] {
-            refused(model, &["coulomb@x"], 3, &[part]);
+            refused(model, "coulomb@x", 3, &[part]);
             assert!(fail(folder, &["diagnose", "study.toml", model], 3).contains(part));
         }
     }
@@ -445,14 +317,7 @@ fn what_cannot_be_added_is_refused_and_nothing_is_overwritten() {
     fs::write(&path, &short).unwrap();
     let error = fail(
         folder,
-        &[
-            "diagnose",
-            "study.toml",
-            "physical.json",
-            "--apply",
-            "-o",
-            "kept.json",
-        ],
+        "diagnose study.toml physical.json --apply -o kept.json",
         3,
     );
     assert!(error.contains("longer record"), "{error}");
@@ -471,19 +336,11 @@ fn a_fixed_day_or_none_stands_in_the_history() {
         let done = std::process::Command::new(jointwatch_tests::program::jointwatch())
             .current_dir(folder)
             .env("SOURCE_DATE_EPOCH", fixed)
-            .args([
-                "identify",
-                "study.toml",
-                "--model",
-                "physical",
-                "-o",
-                "base.json",
-                "--quiet",
-            ])
+            .args("identify study.toml --model physical -o base.json --quiet".split(' '))
             .status()
             .unwrap();
         assert!(done.success());
-        let model = parsed(&fs::read_to_string(folder.join("base.json")).unwrap());
+        let model = read_json(folder.join("base.json"));
         assert_eq!(model["history"][0]["date"].as_str(), wanted);
     }
 }

@@ -1,7 +1,7 @@
 //! What changed in a joint since its model was made: parameters, effects, errors; and records are
 //! known again by their hash.
 
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -22,11 +22,7 @@ fn before() -> TempDir {
 }
 
 fn changed(folder: &Path, more: &[&str]) -> Value {
-    let said = succeed(
-        folder,
-        &[&["changed", "old.json"], more, &["--json", "-"]].concat(),
-    );
-    serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"))
+    json(folder, &[&["changed", "old.json"], more].concat())
 }
 
 fn parameter<'a>(changed: &'a Value, name: &str) -> &'a Value {
@@ -53,8 +49,7 @@ fn a_stiffer_joint_is_told_with_its_figures() {
     let folder = before();
     simulate(folder.path(), "now", &["--seed", "2", "--vary", "3"]);
     let said = changed(folder.path(), &["now"]);
-    let truth = fs::read_to_string(folder.path().join("now/truth/truth.json")).unwrap();
-    let truth: Value = serde_json::from_str(&truth).unwrap();
+    let truth = read_json(folder.path().join("now/truth/truth.json"));
     let wanted = truth["rig"]["joint"]["stiffness"][0].as_f64().unwrap();
     let stiffness = parameter(&said, "stiffness");
     let found = stiffness["new"].as_f64().unwrap();
@@ -66,10 +61,7 @@ fn a_stiffer_joint_is_told_with_its_figures() {
     assert_eq!(stiffness["counts"], true, "{stiffness}");
     assert_eq!(said["errors"][0]["grew"], true, "{said}");
     let words = succeed(folder.path(), &["changed", "old.json", "now"]);
-    assert!(
-        words.contains("Changed: ") && words.contains("stiffness of stiffness@x by"),
-        "{words}"
-    );
+    says(&words, &["Changed: ", "stiffness of stiffness@x by"]);
 }
 
 #[test]
@@ -138,11 +130,7 @@ fn a_study_of_validation_records_alone_is_compared_and_not_learnt_from() {
     succeed(folder.path(), &["replay", "old.bin", "now"]);
     let said = changed(folder.path(), &["now"]);
     assert!(parameter(&said, "stiffness")["new"].as_f64().is_some());
-    let refused = fail(
-        folder.path(),
-        &["identify", "now", "--model", "physical"],
-        3,
-    );
+    let refused = fail(folder.path(), "identify now --model physical", 3);
     assert!(refused.contains("role = \"train\""), "{refused}");
 }
 

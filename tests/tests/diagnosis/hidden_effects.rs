@@ -12,7 +12,7 @@ use jointwatch_tests::hidden::judge::{Expected, Judgement, diagnose, diagnose_fo
 use jointwatch_tests::hidden::machine::MachineCase;
 use jointwatch_tests::hidden::rig::{Base, Chain, Rig, Run};
 use jointwatch_tests::hidden::study;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -176,14 +176,7 @@ fn with_nothing_hidden_identify_finds_the_joint_that_was_simulated() {
         study::write(&case, folder.path()).unwrap();
         succeed(
             folder.path(),
-            &[
-                "identify",
-                "study.toml",
-                "--model",
-                "physical",
-                "-o",
-                "model.json",
-            ],
+            "identify study.toml --model physical -o model.json",
         );
         let model = ModelFile::read(&folder.path().join("model.json")).unwrap();
         let base = &case.rig.base;
@@ -310,10 +303,8 @@ fn joints_in_a_testing_machine_are_named_or_grouped() {
 
 /// What `diagnose --json` says of a study with a model of its base.
 fn diagnosed(folder: &Path) -> serde_json::Value {
-    let identify = ["identify", ".", "--model", "physical", "-o", "model.json"];
-    succeed(folder, &identify);
-    let said = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
-    serde_json::from_str(&said).unwrap()
+    succeed(folder, "identify . --model physical -o model.json");
+    json(folder, "diagnose . model.json")
 }
 
 /// Laws outside the library, in a testing machine, with a part of what is said of them.
@@ -365,10 +356,7 @@ fn what_wanders_is_noise_and_what_follows_the_motion_is_not() {
     let swings = said(9);
     assert_eq!(swings["verdict"], "unknown", "{swings}");
     let notes = swings["notes"].to_string();
-    assert!(
-        notes.contains("larger where the axis moves more"),
-        "{notes}"
-    );
+    says(&notes, &["larger where the axis moves more"]);
 }
 
 #[test]
@@ -405,27 +393,11 @@ fn adding_what_was_found_brings_the_error_down_and_is_not_offered_twice() {
     .expect("a rig for this case");
     let folder = tempfile::tempdir().expect("a folder");
     study::write(&case, folder.path()).expect("files that can be written");
-    let run = |arguments: &[&str]| succeed(folder.path(), arguments);
-    run(&[
-        "identify",
-        "study.toml",
-        "--model",
-        "physical",
-        "-o",
-        "base.json",
-    ]);
-    run(&[
-        "add",
-        "study.toml",
-        "base.json",
-        "time_delay@x",
-        "-o",
-        "wider.json",
-        "--json",
-        "added.json",
-    ]);
-    let text = std::fs::read_to_string(folder.path().join("added.json")).unwrap();
-    let added: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let folder = folder.path();
+    succeed(folder, "identify study.toml --model physical -o base.json");
+    let add = "add study.toml base.json time_delay@x -o wider.json --json added.json";
+    succeed(folder, add);
+    let added = read_json(folder.join("added.json"));
     assert_eq!(added["helps"], true);
     for change in added["changes"].as_array().unwrap() {
         if change["axis"] == "x" && change["rests"] == false {
@@ -434,9 +406,8 @@ fn adding_what_was_found_brings_the_error_down_and_is_not_offered_twice() {
             assert!(before > 4.0 * after && after < 1.3 * floor, "{change}");
         }
     }
-    let said = run(&["diagnose", "study.toml", "wider.json", "--json", "-"]);
-    let diagnosis: serde_json::Value = serde_json::from_str(&said).unwrap();
-    assert_eq!(diagnosis["verdict"], "none", "{said}");
+    let said = json(folder, "diagnose study.toml wider.json");
+    assert_eq!(said["verdict"], "none", "{said}");
     // Again, or something that is not there: refused in one sentence, and nothing is written.
     for (effect, code, part) in [
         ("time_delay@x", 3, "already"),
@@ -444,20 +415,9 @@ fn adding_what_was_found_brings_the_error_down_and_is_not_offered_twice() {
         ("coulom@x", 3, "coulomb"),
         ("coulomb@y", 3, "axis"),
     ] {
-        let error = fail(
-            folder.path(),
-            &[
-                "add",
-                "study.toml",
-                "wider.json",
-                effect,
-                "-o",
-                "more.json",
-                "--quiet",
-            ],
-            code,
-        );
+        let add = format!("add study.toml wider.json {effect} -o more.json --quiet");
+        let error = fail(folder, &add, code);
         assert!(error.contains(part), "{error}");
-        assert!(!folder.path().join("more.json").exists());
+        assert!(!folder.join("more.json").exists());
     }
 }

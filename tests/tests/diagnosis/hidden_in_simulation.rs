@@ -1,7 +1,8 @@
 //! `jointwatch simulate --hidden`: the share that was asked for is in the files, and what cannot be
 //! hidden is refused.
 
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{fail, read_json, succeed};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -25,8 +26,7 @@ fn rms(values: &[f64]) -> f64 {
 }
 
 fn truth(rig: &Path) -> Value {
-    let text = fs::read_to_string(rig.join("truth/truth.json")).unwrap();
-    serde_json::from_str(&text).unwrap()
+    read_json(rig.join("truth/truth.json"))
 }
 
 #[test]
@@ -34,13 +34,9 @@ fn the_hidden_share_is_in_the_truth_and_a_model_with_the_effect_finds_its_values
     for (effect, share, tolerance) in [("coulomb@x", "0.1", 0.1), ("jenkins@phi", "0.15", 0.1)] {
         let folder = tempfile::tempdir().unwrap();
         let here = folder.path();
-        let simulate = [
-            "simulate", "--out", "rig", "--hidden", effect, "--share", share,
-        ];
-        succeed(
-            here,
-            &[&simulate[..], &["--snr-db", "none", "--duration", "4"]].concat(),
-        );
+        let hidden = format!("--hidden {effect} --share {share}");
+        let rest = "--snr-db none --duration 4";
+        succeed(here, &format!("simulate --out rig {hidden} {rest}"));
         let rig = here.join("rig");
         let truth = truth(&rig);
         let hidden = &truth["effects"][0];
@@ -54,16 +50,9 @@ fn the_hidden_share_is_in_the_truth_and_a_model_with_the_effect_finds_its_values
         // The base with the effect beside it has the values that the truth states.
         let more = study.replace("terms = [", &format!("terms = [\"{effect}\", "));
         fs::write(rig.join("study.toml"), more).unwrap();
-        succeed(
-            here,
-            &["identify", "rig", "--model", "physical", "-o", "model.json"],
-        );
-        let model: Value =
-            serde_json::from_str(&fs::read_to_string(here.join("model.json")).unwrap()).unwrap();
-        let found = model["effects"].as_array().unwrap();
-        let found = found.iter().find(|e| e["effect"] == name).unwrap();
-        let value = |of: &Value| of["parameters"][0]["value"].as_f64().unwrap();
-        let ratio = value(found) / value(hidden);
+        succeed(here, "identify rig --model physical -o model.json");
+        let model = read_json(here.join("model.json"));
+        let ratio = value(&model, name) / hidden["parameters"][0]["value"].as_f64().unwrap();
         assert!(
             (ratio - 1.0).abs() < tolerance,
             "{effect}: {ratio} of the truth"
@@ -75,23 +64,15 @@ fn the_hidden_share_is_in_the_truth_and_a_model_with_the_effect_finds_its_values
 fn faults_of_the_instruments_are_in_the_log_and_the_motion_is_as_without_them() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    let simulate = |out: &str, more: &[&str]| {
-        let words = [
-            "simulate",
-            "--out",
-            out,
-            "--snr-db",
-            "none",
-            "--duration",
-            "2",
-        ];
-        succeed(here, &[&words[..], more].concat());
+    let simulate = |out: &str, more: &str| {
+        let words = format!("simulate --out {out} --snr-db none --duration 2{more}");
+        succeed(here, &words);
         let log = here.join(out).join("train_both.csv");
         (column(&log, "x2_m"), column(&log, "force_N"))
     };
-    let (plain_x, plain) = simulate("plain", &[]);
+    let (plain_x, plain) = simulate("plain", "");
     for effect in ["force_gain@x", "time_delay@x", "crosstalk@x"] {
-        let (x, force) = simulate(effect, &["--hidden", effect, "--share", "0.05"]);
+        let (x, force) = simulate(effect, &format!(" --hidden {effect} --share 0.05"));
         assert_eq!(x, plain_x, "{effect}");
         let value = truth(&here.join(effect))["effects"][0]["parameters"][0]["value"]
             .as_f64()
@@ -127,10 +108,7 @@ fn faults_of_the_instruments_are_in_the_log_and_the_motion_is_as_without_them() 
             _ => {}
         }
     }
-    let (_, force) = simulate(
-        "inertia",
-        &["--hidden", "inertia_error@x", "--share", "0.05"],
-    );
+    let (_, force) = simulate("inertia", " --hidden inertia_error@x --share 0.05");
     assert_eq!(force, plain);
     let error = truth(&here.join("inertia"))["effects"][0]["parameters"][0]["value"]
         .as_f64()
@@ -154,7 +132,7 @@ fn what_cannot_be_hidden_is_refused_and_nothing_is_written() {
         ("--hidden coulomb@x --share 3", "share"),
     ] {
         let all = format!("simulate --out rig --duration 1 {words}");
-        let sentence = fail(folder.path(), &all.split(' ').collect::<Vec<_>>(), 2);
+        let sentence = fail(folder.path(), &all, 2);
         assert!(sentence.contains(part), "{words}: {sentence}");
         assert!(!folder.path().join("rig").exists(), "{words}");
     }

@@ -5,12 +5,11 @@
 use jointwatch::simulate::{SimulationOptions, write_study};
 use jointwatch_shared::monitor::State;
 use jointwatch_tests::monitor::watched::{RATE_HZ, STUDY_LEVEL};
-use jointwatch_tests::program::{jointwatch, succeed};
+use jointwatch_tests::program::{json, succeed};
+use jointwatch_tests::running::Running;
 use serde_json::Value;
 use std::fs;
-use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Stdio};
 use tempfile::TempDir;
 
 /// The sensors of the board; the acceleration is derived from the counts.
@@ -35,66 +34,6 @@ const STIFFER: f64 = 1.4;
 /// Samples of the changed joint from which the new limits are set.
 const STREAMED: usize = 12_000;
 
-/// A program that is ended with the test.
-struct Running {
-    child: Child,
-    lines: Lines<BufReader<ChildStdout>>,
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Whether it has ended by itself does not matter any more.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-impl Running {
-    fn start(folder: &Path, arguments: &[&str]) -> Self {
-        let mut child = Command::new(jointwatch())
-            .current_dir(folder)
-            .args(arguments)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the program starts");
-        let lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        Self { child, lines }
-    }
-
-    fn say(&mut self, words: &str) {
-        let input = self.child.stdin.as_mut().unwrap();
-        writeln!(input, "{words}").unwrap();
-    }
-
-    /// Reads until a line fits, and gives it.
-    fn until(&mut self, what: &str, fits: impl Fn(&str) -> bool) -> String {
-        let mut last = String::new();
-        for line in self.lines.by_ref().map_while(Result::ok) {
-            if fits(&line) {
-                return line;
-            }
-            last = line;
-        }
-        panic!("{what} never came; the last line: {last}");
-    }
-
-    /// Reads messages of a monitor until the axis is in this state; gives the states on the way.
-    fn until_state(&mut self, wanted: State) -> Vec<u64> {
-        let mut seen = Vec::new();
-        for line in self.lines.by_ref().map_while(Result::ok) {
-            let Some(state) = state(&line) else { continue };
-            if seen.last() != Some(&state) {
-                seen.push(state);
-            }
-            if state == u64::from(wanted.tag()) {
-                return seen;
-            }
-        }
-        panic!("{wanted:?} never came: {seen:?}");
-    }
-}
-
 /// The state of x in a message on health.
 fn state(line: &str) -> Option<u64> {
     let json: Value = serde_json::from_str(line).ok()?;
@@ -104,29 +43,35 @@ fn state(line: &str) -> Option<u64> {
         .filter(|_| health)
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let said = succeed(folder, &[arguments, &["--json", "-"]].concat());
-    serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"))
+/// Reads messages of a monitor until the axis is in this state; gives the states on the way.
+fn until_state(monitor: &mut Running, wanted: State) -> Vec<u64> {
+    let mut seen = Vec::new();
+    monitor.until(&format!("{wanted:?}"), |line| {
+        let state = state(line);
+        if state.is_some() && seen.last() != state.as_ref() {
+            seen.extend(state);
+        }
+        state == Some(u64::from(wanted.tag()))
+    });
+    seen
 }
 
 /// Learns a model of a study and exports it with its rig block.
 fn exported(folder: &Path, study: &str, name: &str) {
-    let run = |arguments: &[&str]| succeed(folder, arguments);
-    let [model, blob, rig] = ["json", "bin", "rig"].map(|end| format!("{name}.{end}"));
-    run(&["identify", study, "--model", "physical", "-o", &model]);
-    run(&["export", &model, "-o", &blob]);
-    run(&[
-        "export", &model, "--rig", "rig.toml", "--study", study, "-o", &rig,
-    ]);
+    for words in [
+        format!("identify {study} --model physical -o {name}.json"),
+        format!("export {name}.json -o {name}.bin"),
+        format!("export {name}.json --rig rig.toml --study {study} -o {name}.rig"),
+    ] {
+        succeed(folder, &words);
+    }
 }
 
 /// What the device kept and streamed as a study: learnt from the one, validated on the other.
 fn study_of_the_changed_joint(folder: &Path) {
     let from = |frames: &str, out: &str| {
-        json(
-            folder,
-            &["study-from", frames, "--rig", "old.rig", "-o", out],
-        )
+        let words = format!("study-from {frames} --rig old.rig -o {out}");
+        json(folder, &words)
     };
     let kept = from("capture.bin", "now");
     assert_eq!(kept["records"][1]["in_study"], true, "{kept}");
@@ -156,22 +101,19 @@ fn a_change_is_found_named_learnt_and_no_alarm_any_more() {
     write_study(&folder.join("rig"), &options).unwrap();
     fs::write(folder.join("rig.toml"), RIG).unwrap();
     exported(folder, "rig", "old");
-    let served = [
-        "emulate", "old.bin", "rig", "--rig", "old.rig", "--serve", "0",
-    ];
-    let mut device = Running::start(folder, &served);
+    let mut device = Running::start(folder, "emulate old.bin rig --rig old.rig --serve 0");
     let told = device.until("the address", |line| line.contains("--tcp"));
     let address = told.split_whitespace().last().unwrap().to_string();
     let port = format!("tcp:{address}");
     let listen = ["monitor", "--tcp", &address, "--json", "-"];
 
     let mut monitor = Running::start(folder, &listen);
-    monitor.until_state(State::Healthy);
+    until_state(&mut monitor, State::Healthy);
     device.say(&format!("change stiffness@x*{STIFFER}"));
     device.until("the change", |line| line.contains("the joint changed"));
     println!(
         "states until the alarm: {:?}",
-        monitor.until_state(State::Alarm)
+        until_state(&mut monitor, State::Alarm)
     );
     drop(monitor);
     // What the device streams after that says how well the new model does; by then the counts
@@ -203,22 +145,14 @@ fn a_change_is_found_named_learnt_and_no_alarm_any_more() {
     assert!(said.contains("Nothing is missing"), "{said}");
 
     exported(folder, "now", "new");
-    let sign = [
-        "sign",
-        "new.bin",
-        "--rig",
-        "new.rig",
-        "--development-key",
-        "-o",
-        "new.signed",
-    ];
-    succeed(folder, &sign);
+    let sign = "sign new.bin --rig new.rig --development-key -o new.signed";
+    succeed(folder, sign);
     succeed(folder, &["upload", "new.signed", "--port", &port]);
     let mut monitor = Running::start(folder, &listen);
     monitor.until("the restart", |line| {
         line.contains("\"occasion\":\"restart\"")
     });
-    let seen = monitor.until_state(State::Healthy);
+    let seen = until_state(&mut monitor, State::Healthy);
     println!("states after the restart: {seen:?}");
     assert!(!seen.contains(&u64::from(State::Alarm.tag())), "{seen:?}");
     // The trial ends well, and no alarm comes meanwhile.

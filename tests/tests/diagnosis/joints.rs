@@ -1,8 +1,8 @@
 //! The table of docs/notebook/joints.md is the one that the program gives.
 
-use jointwatch_tests::program::{succeed, workspace};
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{read_json, says, succeed, workspace};
 use jointwatch_tests::public::joints::{Outcome, outcomes, outcomes_in_project, table};
-use serde_json::Value;
 use std::fs;
 
 #[test]
@@ -37,31 +37,21 @@ fn a_robot_joint_from_its_logs() {
         fs::copy(from, folder.join(name)).unwrap();
     }
     let init = "init train.csv validation.csv --yes --column force=current_A";
-    succeed(folder, &init.split(' ').collect::<Vec<_>>());
+    succeed(folder, init);
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
     assert!(study.contains("kind = \"rotation\""), "{study}");
-    assert!(
-        study.contains("displacement = { column = \"position_rad\""),
-        "{study}"
-    );
-    let identify = "identify study.toml --model physical -o base.json";
-    succeed(folder, &identify.split(' ').collect::<Vec<_>>());
+    says(&study, &["displacement = { column = \"position_rad\""]);
+    succeed(folder, "identify study.toml --model physical -o base.json");
     let apply = "diagnose study.toml base.json --apply -o joint.json";
-    let said = succeed(folder, &apply.split(' ').collect::<Vec<_>>());
+    let said = succeed(folder, apply);
     println!("{said}");
-    let model: Value =
-        serde_json::from_str(&fs::read_to_string(folder.join("joint.json")).unwrap()).unwrap();
+    let model = read_json(folder.join("joint.json"));
     let effects = model["effects"].as_array().unwrap();
-    let value = |name: &str| {
-        let effect = effects.iter().find(|e| e["effect"] == name);
-        let effect = effect.unwrap_or_else(|| panic!("{name} is not among {effects:?}"));
-        effect["parameters"][0]["value"].as_f64().unwrap()
-    };
     // Least squares by a script of a few lines on rows behind a low-pass of 5 Hz: 2.13, 0.152 and
     // 0.279; 5.2 and 4.9 % are left.
-    assert!((2.0..2.3).contains(&value("viscous")));
-    assert!((0.14..0.16).contains(&value("coulomb")));
-    assert!((0.2..0.5).contains(&value("inertia_error")));
+    assert!((2.0..2.3).contains(&value(&model, "viscous")));
+    assert!((0.14..0.16).contains(&value(&model, "coulomb")));
+    assert!((0.2..0.5).contains(&value(&model, "inertia_error")));
     assert_eq!(effects.len(), 3, "{effects:?}");
     let left = model["validation"][0]["nmse_percent"].as_f64().unwrap();
     assert!(left < 7.0, "{left}");

@@ -4,30 +4,21 @@
 //! The logs are public and not part of the project. Where they are absent, each test says so and
 //! what to set.
 
-use jointwatch_tests::program::{measurements, study_with_logs, succeed};
-use serde_json::Value;
+use jointwatch_tests::program::{json, measurements, study_with_logs, succeed};
 use std::path::Path;
 use tempfile::TempDir;
 
 /// A folder with a study and its logs, and the base model learnt from it.
 fn based(logs: &Path, study: &str, files: &[&str]) -> TempDir {
     let folder = study_with_logs(logs, files, study);
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(
-        folder.path(),
-        &[&identify[..], &["-o", "base.json"]].concat(),
-    );
+    let identify = "identify study.toml --model physical -o base.json";
+    succeed(folder.path(), identify);
     folder
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let text = succeed(folder, &[arguments, &["--json", "-"]].concat());
-    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"))
 }
 
 /// The first effect that is named, and everything that is.
 fn named(folder: &Path) -> (String, String) {
-    let said = json(folder, &["diagnose", "study.toml", "base.json"]);
+    let said = json(folder, "diagnose study.toml base.json");
     println!("verdict {}, found {}", said["verdict"], said["found"]);
     // A measured joint does more than one law says; what is named is missing all the same.
     assert_eq!(said["verdict"], "effect", "{said}");
@@ -38,14 +29,14 @@ fn named(folder: &Path) -> (String, String) {
 
 /// NMSE of the validation records in percent after everything that is missing has been added.
 fn applied(folder: &Path) -> f64 {
-    let apply = ["diagnose", "study.toml", "base.json", "--apply"];
-    succeed(folder, &[&apply[..], &["-o", "applied.json"]].concat());
+    let apply = "diagnose study.toml base.json --apply -o applied.json";
+    succeed(folder, apply);
     errors(folder, "applied.json").1
 }
 
 /// NMSE in percent of one model, verification and validation.
 fn errors(folder: &Path, model: &str) -> (f64, f64) {
-    let said = json(folder, &["compare", "study.toml", model]);
+    let said = json(folder, &format!("compare study.toml {model}"));
     let nmse = |role: &str| said[role][0]["nmse_percent"].as_f64().unwrap();
     let (verification, validation) = (nmse("verification"), nmse("validation"));
     println!("{model}: {verification:.3} % verification, {validation:.3} % validation");
@@ -54,9 +45,8 @@ fn errors(folder: &Path, model: &str) -> (f64, f64) {
 
 /// Adds an effect to the base and gives the errors before and after.
 fn errors_with(folder: &Path, effect: &str) -> [(f64, f64); 2] {
-    let effect = format!("{effect}@x");
-    let add = ["add", "study.toml", "base.json", &effect];
-    succeed(folder, &[&add[..], &["-o", "model.json"]].concat());
+    let add = format!("add study.toml base.json {effect}@x -o model.json");
+    succeed(folder, &add);
     [errors(folder, "base.json"), errors(folder, "model.json")]
 }
 

@@ -5,13 +5,9 @@ use jointwatch::fit::identify;
 use jointwatch::model::Evaluator;
 use jointwatch::study::Study;
 use jointwatch_tests::coverage::{Coverage, report};
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{json, succeed};
 use jointwatch_tests::story::story;
 use serde_json::Value;
-
-fn parsed(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
 
 #[test]
 fn every_parameter_of_the_clean_default_rig_is_found() {
@@ -59,25 +55,21 @@ fn point_by_point_is_the_whole_record() {
 }
 
 /// Learns this kind of model from the story's rig and takes it through every command.
-fn goes_all_the_way(kind: &[&str], most_nmse_percent: f64) {
+fn goes_all_the_way(kind: &str, most_nmse_percent: f64) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let study = story().join("rig");
     let study = study.to_str().unwrap();
-    succeed(
-        folder,
-        &[&["identify", study, "-o", "model.json"], kind].concat(),
-    );
-    let export = ["export", "model.json", "-o", "model.bin", "--json", "-"];
-    let exported = parsed(&succeed(folder, &export));
+    let mut identify = vec!["identify", study, "-o", "model.json", "--model"];
+    identify.extend(kind.split(' '));
+    succeed(folder, &identify);
+    let exported = json(folder, "export model.json -o model.bin");
     for axis in exported["axes"].as_array().unwrap() {
         let [seen, bound] = ["largest_error", "error_bound"].map(|key| axis[key].as_f64().unwrap());
         assert!(seen > 0.0 && seen <= bound, "{axis}");
     }
-    let compare = ["compare", study, "model.json", "--json", "-"];
-    let compared = parsed(&succeed(folder, &compare));
-    let replay = ["replay", "model.bin", study, "--json", "-"];
-    let replayed = parsed(&succeed(folder, &replay));
+    let compared = json(folder, &["compare", study, "model.json"]);
+    let replayed = json(folder, &["replay", "model.bin", study]);
     let records = replayed["records"].as_array().unwrap();
     assert!(
         records
@@ -88,36 +80,25 @@ fn goes_all_the_way(kind: &[&str], most_nmse_percent: f64) {
         let name = axis["axis"].as_str().unwrap();
         let nmse = axis["nmse_percent"].as_f64().unwrap();
         let device = &records.last().unwrap()["axes"][name]["nmse_percent"];
-        println!("{kind:?} {name}: validation NMSE {nmse:.4} %, replayed {device} %");
+        println!("{kind} {name}: validation NMSE {nmse:.4} %, replayed {device} %");
         assert!(nmse < most_nmse_percent, "{axis}");
         // The device holds a state that leaves the training range at its edge and leaves such rows
         // out.
         let device = device.as_f64().unwrap();
         assert!(device < 2.0 * most_nmse_percent, "{name}: {device} %");
     }
-    let respond = ["respond", study, "model.json", "--json", "-"];
-    let responded = parsed(&succeed(folder, &respond));
+    let responded = json(folder, &["respond", study, "model.json"]);
     assert!(!responded["records"].as_array().unwrap().is_empty());
 }
 
 #[test]
 fn a_physical_model_goes_all_the_way() {
-    goes_all_the_way(&["--model", "physical"], 0.1);
+    goes_all_the_way("physical", 0.1);
 }
 
 #[test]
 fn a_network_goes_all_the_way() {
-    let kind = [
-        "--model",
-        "network",
-        "--neurons",
-        "20",
-        "--restarts",
-        "1",
-        "--seed",
-        "1",
-    ];
-    goes_all_the_way(&kind, 1.0);
+    goes_all_the_way("network --neurons 20 --restarts 1 --seed 1", 1.0);
 }
 
 #[test]
@@ -126,11 +107,7 @@ fn inspect_shows_a_blobs_effects_in_si() {
     let folder = folder.path();
     let study = story().join("rig");
     let study = study.to_str().unwrap();
-    let identify = ["identify", study, "--model", "physical"];
-    let learnt = parsed(&succeed(
-        folder,
-        &[&identify[..], &["--json", "-"]].concat(),
-    ));
+    let learnt = json(folder, &["identify", study, "--model", "physical"]);
     succeed(folder, &["export", "model.json", "-o", "model.bin"]);
     let said = succeed(folder, &["inspect", "model.bin"]);
     for expected in [
@@ -141,7 +118,7 @@ fn inspect_shows_a_blobs_effects_in_si() {
     ] {
         assert!(said.contains(expected), "no {expected} in {said}");
     }
-    let blob = parsed(&succeed(folder, &["inspect", "model.bin", "--json", "-"]));
+    let blob = json(folder, &["inspect", "model.bin"]);
     assert_eq!(blob["base"], "none");
     let effects = |json: &Value| json["effects"].as_array().unwrap().clone();
     let (wanted, seen) = (effects(&learnt), effects(&blob));

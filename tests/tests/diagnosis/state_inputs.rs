@@ -1,7 +1,8 @@
 //! Polynomials and networks of one axis that take an input of the study as their third state, and
 //! simulations of what follows inputs.
 
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -84,30 +85,18 @@ fn written(lag_s: f64) -> tempfile::TempDir {
 fn study(folder: &Path, inputs: &str) {
     let terms =
         "\"stiffness@x\", \"viscous@x\", \"stiffness*voltage~20ms@x\", \"viscous*voltage~20ms@x\"";
-    let base = match inputs.contains("\"voltage\"") {
-        true => format!("[base]\nterms = [{terms}]\n"),
-        false => String::new(),
+    let terms = if inputs.contains("\"voltage\"") {
+        terms
+    } else {
+        ""
     };
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = {MASS}\n{inputs}\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n{base}"
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
-}
-
-/// What a command prints as JSON.
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let said = succeed(folder, &[arguments, &["--quiet", "--json", "-"]].concat());
-    serde_json::from_str(&said).unwrap()
+    let head = HEAD.replace("inertia = 0", &format!("inertia = {MASS}"));
+    write_study(folder, &(head + inputs), &["one.csv", "two.csv"], 1, terms);
 }
 
 fn identify(folder: &Path, options: &str) -> Value {
-    let options: Vec<&str> = options.split(' ').collect();
-    let command = [
-        &["identify", "study.toml", "-o", "model.json", "--model"][..],
-        &options,
-    ];
-    json(folder, &command.concat())
+    let identify = format!("identify study.toml -o model.json --model {options} --quiet");
+    json(folder, &identify)
 }
 
 fn validation(model: &Value) -> f64 {
@@ -134,39 +123,21 @@ fn a_base_takes_the_only_input_of_its_axis_as_its_third_state_on_the_device_as_w
         // The device's integers, from counts on.
         succeed(at, &["export", "model.json", "-o", "model.bin"]);
         let inspected = succeed(at, &["inspect", "model.bin"]);
-        assert!(
-            inspected.contains("Input voltage") && inspected.contains("third state"),
-            "{inspected}"
-        );
-        let replayed = json(at, &["replay", "model.bin", "study.toml"]);
+        says(&inspected, &["Input voltage", "third state"]);
+        let replayed = json(at, "replay model.bin study.toml --quiet");
         let seen = replayed["records"][1]["axes"]["x"]["relative_error"].as_f64();
         assert!(seen.unwrap() < 0.002, "{replayed}");
     }
     // The few terms of the law itself: a constant, and x and v alone and times the voltage.
-    let said = succeed(
-        at,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "polynomial",
-            "--fit",
-            "select",
-        ],
-    );
-    assert!(
-        said.contains("v_x·w_voltage") && said.contains("w_voltage = (voltage − "),
-        "{said}"
-    );
+    let said = succeed(at, "identify study.toml --model polynomial --fit select");
+    says(&said, &["v_x·w_voltage", "w_voltage = (voltage − "]);
 
     // The firmware with the network, then with the polynomial.
     for kind in ["network --neurons 10", "polynomial"] {
         identify(at, kind);
         succeed(at, &["export", "model.json", "-o", "model.bin"]);
-        let emulated = json(
-            at,
-            &["emulate", "model.bin", "study.toml", "--record", "two.csv"],
-        );
+        let emulate = "emulate model.bin study.toml --record two.csv --quiet";
+        let emulated = json(at, emulate);
         for record in emulated["records"].as_array().unwrap() {
             assert_eq!(record["agrees"], true, "{record}");
         }
@@ -175,10 +146,7 @@ fn a_base_takes_the_only_input_of_its_axis_as_its_third_state_on_the_device_as_w
     study(at, "");
     for command in ["compare", "respond"] {
         let sentence = fail(at, &[command, "study.toml", "model.json"], 3);
-        assert!(
-            sentence.contains("\"voltage\"") && sentence.contains("[[input]]"),
-            "{sentence}"
-        );
+        says(&sentence, &["\"voltage\"", "[[input]]"]);
     }
 }
 
@@ -193,18 +161,9 @@ fn an_effect_is_added_beside_a_base_that_takes_an_input() {
     let flat = identify(at, "polynomial --order 1,1,0");
     succeed(
         at,
-        &[
-            "add",
-            "study.toml",
-            "model.json",
-            "stiffness*voltage@x",
-            "viscous*voltage@x",
-            "-o",
-            "added.json",
-        ],
+        "add study.toml model.json stiffness*voltage@x viscous*voltage@x -o added.json",
     );
-    let text = fs::read_to_string(at.join("added.json")).unwrap();
-    let model: Value = serde_json::from_str(&text).unwrap();
+    let model = read_json(at.join("added.json"));
     assert_eq!(model["state_input"], "voltage");
     let [before, after] = [&flat, &model].map(validation);
     assert!(before > 0.1 && after < 0.002, "{before} {after}");
@@ -215,7 +174,7 @@ fn an_effect_is_added_beside_a_base_that_takes_an_input() {
     let mass = model["axes"][0]["inertia"].as_f64().unwrap();
     assert!((mass / MASS - 1.0).abs() < 0.002, "{mass} kg");
     succeed(at, &["export", "added.json", "-o", "model.bin"]);
-    let replayed = json(at, &["replay", "model.bin", "study.toml"]);
+    let replayed = json(at, "replay model.bin study.toml --quiet");
     let seen = replayed["records"][1]["axes"]["x"]["relative_error"].as_f64();
     assert!(seen.unwrap() < 0.002, "{replayed}");
 }
@@ -225,7 +184,7 @@ fn a_motion_is_simulated_with_the_inputs_of_its_record() {
     let folder = written(LAG_S);
     let at = folder.path();
     let nmse = || {
-        let response = json(at, &["respond", "study.toml", "model.json"]);
+        let response = json(at, "respond study.toml model.json --quiet");
         let axis = &response["records"][1]["axes"]["x"];
         axis["displacement_nmse_percent"].as_f64().unwrap()
     };
@@ -259,16 +218,9 @@ fn which_input_is_taken_is_told_or_asked() {
     let folder = written(0.0);
     let at = folder.path();
     let refused = |arguments: &str, status: i32, words: &[&str]| {
-        let arguments: Vec<&str> = arguments.split(' ').collect();
-        let command = [
-            &["identify", "study.toml", "-o", "none.json"][..],
-            &arguments,
-        ]
-        .concat();
-        let sentence = fail(at, &command, status);
-        for word in words {
-            assert!(sentence.contains(word), "{word}: {sentence}");
-        }
+        let identify = format!("identify study.toml -o none.json {arguments}");
+        let sentence = fail(at, &identify, status);
+        says(&sentence, words);
         assert!(!at.join("none.json").exists());
     };
     refused(

@@ -1,7 +1,7 @@
 //! A column that the study does not name and that rises with the time, as temperatures do.
 
-use jointwatch_tests::program::succeed;
-use serde_json::Value;
+use jointwatch_tests::program::{json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -37,15 +37,10 @@ fn what_rises_with_time_is_an_input_unless_it_is_a_clock() {
     let folder = folder.path();
     fs::write(folder.join("one.csv"), record(0.3, 20.0)).unwrap();
     fs::write(folder.join("two.csv"), record(1.7, 30.0)).unwrap();
-    let text = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-                [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-                [base]\nterms = [\"stiffness@x\", \"viscous@x\", \"coulomb@x\"]\n";
-    fs::write(folder.join("study.toml"), text).unwrap();
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(folder, &identify);
-    let diagnose = ["diagnose", "study.toml", "model.json", "--json", "-"];
-    let text = succeed(folder, &diagnose);
-    let said: Value = serde_json::from_str(&text).unwrap();
+    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
+    write_study(folder, HEAD, &["one.csv", "two.csv"], 1, base);
+    succeed(folder, "identify study.toml --model physical");
+    let said = json(folder, "diagnose study.toml model.json");
     assert_eq!(said["verdict"], "effect", "{said}");
     let found = said["found"][0]["effect"].as_str().unwrap();
     assert!(found.starts_with("coulomb*oil_temp"), "{said}");
@@ -54,5 +49,5 @@ fn what_rises_with_time_is_an_input_unless_it_is_a_clock() {
     // What rises so slowly may be followed behind any short lag, which costs a few per cent of the
     // slope.
     assert!((friction / PER_DEGREE - 1.0).abs() < 0.05, "{said}");
-    assert!(!text.contains("*count"), "{said}");
+    assert!(!said.to_string().contains("*count"), "{said}");
 }

@@ -1,7 +1,10 @@
 //! Logs that are cut out of longer ones: what the joint remembers from before shows in the first
 //! seconds, and no model can know it beforehand.
 
-use jointwatch_tests::program::succeed;
+use super::noise::noise;
+use jointwatch_tests::learnt::parameter;
+use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -38,35 +41,26 @@ fn record(seed: f64) -> String {
     };
     let path: Vec<f64> = (0..BEFORE + LOGGED).map(at).collect();
     let force = force(&path);
-    let mut noise = 1_u64 + (1e3 * seed) as u64;
+    let mut noise = noise(1 + (1e3 * seed) as u64);
     let mut text = String::from("t,x,F\n");
     for (row, (x, force)) in path.iter().zip(force).enumerate().skip(BEFORE) {
-        noise = noise
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let noise = 0.2 * ((noise >> 33) as f64 / f64::from(1_u32 << 31) - 0.5);
         let t = (row - BEFORE) as f64 / RATE_HZ;
-        writeln!(text, "{t:.3},{x:.9},{:.6}", force + noise).unwrap();
+        writeln!(text, "{t:.3},{x:.9},{:.6}", force + 0.1 * noise()).unwrap();
     }
     text
 }
 
 /// The model of a study whose base is a damper and a slider.
 fn identified(folder: &Path) -> Value {
-    for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.1), ("three.csv", 1.9)] {
-        fs::write(folder.join(name), record(seed)).unwrap();
+    let files = ["one.csv", "two.csv", "three.csv"];
+    for (file, seed) in files.into_iter().zip([0.3, 1.1, 1.9]) {
+        fs::write(folder.join(file), record(seed)).unwrap();
     }
-    let text = String::from(
-        "time = \"t\"\nband_hz = 10\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"train\"\n\
-         [[record]]\nfile = \"three.csv\"\nrole = \"validate\"\n[base]\nterms = [\"stiffness@x\", \"viscous@x\", \"jenkins@x\"]\n",
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
-    succeed(
-        folder,
-        &["identify", ".", "--model", "physical", "-o", "m.json"],
-    );
-    serde_json::from_str(&fs::read_to_string(folder.join("m.json")).unwrap()).unwrap()
+    let head = ["band_hz = 10\n", HEAD].concat();
+    let base = "\"stiffness@x\", \"viscous@x\", \"jenkins@x\"";
+    write_study(folder, &head, &files, 2, base);
+    succeed(folder, "identify . --model physical -o m.json");
+    read_json(folder.join("m.json"))
 }
 
 #[test]
@@ -79,11 +73,6 @@ fn what_was_before_the_record_is_found_with_it() {
         // From rest at the first row it is 0.08 in training.
         assert!(error < 0.01, "{of} {error}");
     }
-    let effects = model["effects"].as_array().unwrap().iter();
-    let mut parameters = effects.flat_map(|e| e["parameters"].as_array().unwrap());
-    let slip = parameters
-        .find(|p| p["name"] == "slip_displacement")
-        .unwrap();
-    let slip = slip["value"].as_f64().unwrap();
+    let slip = parameter(&model, "jenkins", "slip_displacement");
     assert!((slip / SLIP - 1.0).abs() < 0.01, "{slip}");
 }

@@ -3,7 +3,7 @@
 
 use super::time_as_it_is::noise;
 use jointwatch::model::file::ModelFile;
-use jointwatch_tests::program::{run, succeed};
+use jointwatch_tests::program::{run, says, succeed};
 use std::fs;
 use tempfile::TempDir;
 
@@ -123,16 +123,10 @@ fn a_draft_for_logs_of_two_rates_brings_them_to_the_slower_one() {
     for (name, log) in &logs {
         fs::write(folder.path().join(name), log).unwrap();
     }
-    let output = run(
-        folder.path(),
-        &["init", "fast.csv", "slow.csv", "--yes", "--rate", "1000"],
-    );
+    let output = run(folder.path(), "init fast.csv slow.csv --yes --rate 1000");
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(!output.status.success());
-    assert!(
-        said.contains("slow.csv runs at 500 Hz and fast.csv at 1000 Hz"),
-        "{said}"
-    );
+    says(&said, &["slow.csv runs at 500 Hz and fast.csv at 1000 Hz"]);
     assert!(!folder.path().join("study.toml").exists());
 }
 

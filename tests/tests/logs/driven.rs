@@ -4,7 +4,7 @@
 use super::free_motion::{noise, step};
 use super::noise::noise as seeded;
 use jointwatch::model::file::ModelFile;
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{says, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -69,17 +69,7 @@ fn drafted(logs: [String; 2]) -> ([String; 2], ModelFile) {
     }
     let drafted = succeed(folder, &["init", "a.csv", "b.csv", "--yes"]);
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let said = succeed(
-        folder,
-        &[
-            "diagnose",
-            ".",
-            "model.json",
-            "--apply",
-            "-o",
-            "applied.json",
-        ],
-    );
+    let said = succeed(folder, "diagnose . model.json --apply -o applied.json");
     let model = ModelFile::read(&folder.join("applied.json")).unwrap();
     ([drafted, said], model)
 }
@@ -102,10 +92,7 @@ fn an_arm_is_drafted_with_its_weight_and_its_inertia() {
         })
     };
     let ([drafted, said], model) = drafted([swung(0.4), swung(2.9)]);
-    assert!(
-        drafted.contains("goes with the sine of the angle"),
-        "{drafted}"
-    );
+    says(&drafted, &["goes with the sine of the angle"]);
     assert!(!drafted.contains("no inertia shows"), "{drafted}");
     near(model.axes[0].inertia, ARM.inertia, 0.03);
     near(value(&model, "gravity"), ARM.weight, 0.03);

@@ -2,7 +2,7 @@
 //! and from a zero that lies elsewhere.
 
 use crate::noise::noise;
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{says, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write;
 use std::fs;
@@ -53,10 +53,7 @@ fn the_size_of_a_count_is_told_by_the_speed_beside_it() {
     let at = folder.path();
     fs::write(at.join("trace.txt"), motor()).unwrap();
     let said = succeed(at, &["init", "--yes", "trace.txt"]);
-    assert!(
-        said.contains("one count of \"enc_mot[counts]\" is 7.6"),
-        "{said}"
-    );
+    says(&said, &["one count of \"enc_mot[counts]\" is 7.6"]);
     let study = fs::read_to_string(at.join("study.toml")).unwrap();
     assert!(study.contains("kind = \"rotation\""), "{study}");
     let scale = study
@@ -65,10 +62,7 @@ fn the_size_of_a_count_is_told_by_the_speed_beside_it() {
         .1;
     let scale: f64 = scale.split([' ', '}']).next().unwrap().parse().unwrap();
     assert!((scale / COUNT - 1.0).abs() < 0.005, "{scale}");
-    assert!(
-        study.contains("velocity = { column = \"n_act[rpm]\""),
-        "{study}"
-    );
+    says(&study, &["velocity = { column = \"n_act[rpm]\""]);
     let checked = succeed(at, &["identify", "study.toml", "--model", "physical"]);
     assert!(!checked.contains("Check:"), "{checked}");
 }
@@ -95,17 +89,7 @@ fn a_position_that_counts_from_elsewhere_gets_a_constant_beside_its_spring() {
     let study = fs::read_to_string(at.join("study.toml")).unwrap();
     let base = "terms = [\"stiffness@x\", \"preload@x\", \"viscous@x\"]";
     assert!(study.contains(base), "{study}");
-    succeed(
-        at,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "m.json",
-        ],
-    );
+    succeed(at, "identify study.toml --model physical -o m.json");
     let said = succeed(at, &["diagnose", "study.toml", "m.json"]);
     assert!(said.contains("Nothing is missing."), "{said}");
 }

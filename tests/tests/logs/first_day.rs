@@ -3,7 +3,7 @@
 
 use jointwatch::simulate::{Hide, SimulationOptions, simulate};
 use jointwatch::study::{Study, mistakes};
-use jointwatch_tests::program::{fail, measurements, succeed};
+use jointwatch_tests::program::{fail, json, measurements, says, succeed};
 use std::fs;
 use tempfile::TempDir;
 
@@ -165,15 +165,8 @@ fn an_export_of_a_german_logger_becomes_a_study_in_one_step_and_its_friction_is_
     let study = Study::read(work.path()).unwrap();
     assert_eq!(study.sample_rate_hz, 2000.0);
     assert_eq!(study.records[2].role, jointwatch::study::Role::Validate);
-    succeed(
-        work.path(),
-        &["identify", "study.toml", "--model", "physical"],
-    );
-    let json = succeed(
-        work.path(),
-        &["diagnose", "study.toml", "model.json", "--json", "-"],
-    );
-    let diagnosis: serde_json::Value = serde_json::from_str(&json).unwrap();
+    succeed(work.path(), "identify study.toml --model physical");
+    let diagnosis = json(work.path(), "diagnose study.toml model.json");
     let found = diagnosis["found"].as_array().unwrap();
     let coulomb = |f: &serde_json::Value| f["effect"] == "coulomb" && f["axis"] == "x";
     assert!(found.iter().any(coulomb), "{found:?}");
@@ -189,10 +182,7 @@ fn init_finds_both_axes_of_a_simulated_rig_and_names_what_it_leaves_out() {
     let wanted = Study::read(&rig).unwrap();
     fs::remove_file(rig.join("study.toml")).unwrap();
     let said = succeed(&rig, &["init", "--yes", "train_both.csv", "valid.csv"]);
-    assert!(
-        said.contains("columns not used in the logs: x3_m"),
-        "{said}"
-    );
+    says(&said, &["columns not used in the logs: x3_m"]);
     let found = Study::read(&rig).unwrap();
     for (a, b) in found.axes.iter().zip(&wanted.axes) {
         assert_eq!((&a.name, a.kind), (&b.name, b.kind));
@@ -215,10 +205,9 @@ fn inspect_shows_the_channels_of_a_log() {
     for part in ["500 rows", "1000 Hz", "x_m", "m/s^2", "decimal comma", "│"] {
         assert!(said.contains(part), "{said}");
     }
-    let json = succeed(&folder, &["inspect", "record.tdms", "--json", "-"]);
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(json["rows"], 500);
-    assert_eq!(json["time"]["rate_hz"], 1000.0);
+    let said = json(&folder, "inspect record.tdms");
+    assert_eq!(said["rows"], 500);
+    assert_eq!(said["time"]["rate_hz"], 1000.0);
 }
 
 #[test]
@@ -259,10 +248,7 @@ fn a_wrong_unit_is_put_right_whatever_the_study_says_and_a_copied_record_is_told
     );
     let drafted = ["init", "train_x.csv", "--yes", "-o", "draft.toml"];
     let told = succeed(&bench, &drafted);
-    assert!(
-        told.contains("the first alone is taken as the displacement"),
-        "{told}"
-    );
+    says(&told, &["the first alone is taken as the displacement"]);
     let draft = fs::read_to_string(bench.join("draft.toml")).unwrap();
     let displacement = draft.lines().find(|l| l.starts_with("displacement"));
     assert!(

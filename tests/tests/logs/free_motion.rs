@@ -1,7 +1,8 @@
 //! Records without an applied force: a pendulum that swings out, a body on a shaken base.
 
-use jointwatch_tests::program::{fail, succeed};
-use serde_json::Value;
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{fail, read_json, succeed};
+use jointwatch_tests::written::write_study;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -81,43 +82,20 @@ fn swings_out(hand: &[f64], from: f64, losses: Losses) -> String {
     text
 }
 
+const FILES: [&str; 3] = ["high.csv", "low.csv", "middle.csv"];
+
 fn pendulum(folder: &Path, force: &str, inertia: &str, losses: Losses) {
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = {force}\n{inertia}\n\
-         [[record]]\nfile = \"high.csv\"\nrole = \"train\"\n[[record]]\nfile = \"low.csv\"\nrole = \"train\"\n\
-         [[record]]\nfile = \"middle.csv\"\nrole = \"validate\"\n\
-         [base]\nterms = [\"gravity@q\", \"viscous@q\"]\n"
+    let head = format!(
+        "time = \"t\"\n[[axis]]\nname = \"q\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = {force}\n{inertia}\n"
     );
-    fs::write(folder.join("study.toml"), text).unwrap();
-    for (name, from) in ["high", "low", "middle"].iter().zip(losses.from) {
-        fs::write(
-            folder.join(format!("{name}.csv")),
-            swings_out(&[], from, losses),
-        )
-        .unwrap();
+    write_study(folder, &head, &FILES, 2, "\"gravity@q\", \"viscous@q\"");
+    for (file, from) in FILES.iter().zip(losses.from) {
+        fs::write(folder.join(file), swings_out(&[], from, losses)).unwrap();
     }
 }
 
-fn read(folder: &Path, file: &str) -> Value {
-    serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
-}
-
-const IDENTIFY: [&str; 6] = [
-    "identify",
-    "study.toml",
-    "--model",
-    "physical",
-    "-o",
-    "model.json",
-];
-const APPLY: [&str; 6] = [
-    "diagnose",
-    "study.toml",
-    "model.json",
-    "--apply",
-    "-o",
-    "added.json",
-];
+const IDENTIFY: &str = "identify study.toml --model physical -o model.json";
+const APPLY: &str = "diagnose study.toml model.json --apply -o added.json --json verdict.json";
 
 #[test]
 fn a_free_decay_names_its_friction_and_its_drag_and_no_instrument() {
@@ -135,19 +113,13 @@ fn losses_that_help_only_together_are_found_together() {
 fn what_a_hand_does_before_it_lets_go_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    for (name, from) in ["high", "low", "middle"].iter().zip(MANY.from) {
+    for (file, from) in FILES.iter().zip(MANY.from) {
         let lifted = (0..1000).map(|row| from * (0.001 * f64::from(row)).min(0.8) / 0.8);
         let hand: Vec<f64> = std::iter::repeat_n(0.0, 1500).chain(lifted).collect();
-        fs::write(
-            folder.join(format!("{name}.csv")),
-            swings_out(&hand, from, MANY),
-        )
-        .unwrap();
+        fs::write(folder.join(file), swings_out(&hand, from, MANY)).unwrap();
     }
-    let files = ["init", "--yes", "high.csv", "low.csv", "middle.csv"];
-    let inertia = INERTIA.to_string();
-    let said = ["--column", "force=0", "--inertia", &inertia];
-    let findings = succeed(folder, &[&files[..], &said].concat());
+    let init = "init --yes high.csv low.csv middle.csv --column force=0";
+    let findings = succeed(folder, &format!("{init} --inertia {INERTIA}"));
     assert!(
         findings.contains("the body is let go and swings freely in rows [25"),
         "{findings}"
@@ -163,9 +135,9 @@ fn named(losses: Losses) {
 }
 
 fn named_in(folder: &Path, losses: Losses) {
-    succeed(folder, &IDENTIFY);
-    succeed(folder, &[&APPLY[..], &["--json", "verdict.json"]].concat());
-    let verdict = read(folder, "verdict.json");
+    succeed(folder, IDENTIFY);
+    succeed(folder, APPLY);
+    let verdict = read_json(folder.join("verdict.json"));
     let names = |key: &str| -> Vec<String> {
         let list = verdict[key].as_array().unwrap().iter();
         list.map(|e| e["effect"].as_str().unwrap().to_owned())
@@ -181,18 +153,13 @@ fn named_in(folder: &Path, losses: Losses) {
             "{verdict}"
         );
     }
-    let model = read(folder, "added.json");
-    let value = |effect: &str| {
-        let effects = model["effects"].as_array().unwrap();
-        let own = effects.iter().find(|e| e["effect"] == effect).unwrap();
-        own["parameters"][0]["value"].as_f64().unwrap()
-    };
+    let model = read_json(folder.join("added.json"));
     for (effect, truth) in [
         ("gravity", WEIGHT),
         ("coulomb", losses.friction),
         ("quadratic_drag", losses.drag),
     ] {
-        let off = value(effect) / truth - 1.0;
+        let off = value(&model, effect) / truth - 1.0;
         assert!(off.abs() < 0.05, "{effect} is off by {off}: {model}");
     }
 }
@@ -236,19 +203,12 @@ fn on_shaken_base(folder: &Path, law: [f64; 3], heading: &str, columns: fn([f64;
 
 /// Values of a model's effects against those of the body on a shaken base.
 fn assert_on_base(folder: &Path, law: [f64; 3], tolerance: f64) {
-    let model = read(folder, "added.json");
-    let effects = model["effects"].as_array().unwrap();
-    let value = |effect: &str| {
-        let own = effects.iter().find(|e| e["effect"] == effect);
-        own.expect(effect)["parameters"][0]["value"]
-            .as_f64()
-            .unwrap()
-    };
+    let model = read_json(folder.join("added.json"));
     for (effect, truth) in ["stiffness", "viscous", "cubic_hardening"]
         .into_iter()
         .zip(law)
     {
-        let off = value(effect) / truth - 1.0;
+        let off = value(&model, effect) / truth - 1.0;
         assert!(off.abs() < tolerance, "{effect} is off by {off}: {model}");
     }
 }
@@ -260,35 +220,21 @@ fn a_body_on_a_shaken_base_shows_its_spring_per_unit_of_mass() {
     on_shaken_base(folder, ON_BASE, "t,base,body,a", |[t, base, body, a, _]| {
         format!("{t:.4},{base:.9},{body:.9},{a:.6}")
     });
-    let text = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"body\", \"base\"]\n\
-                body_position = \"body\"\nacceleration = \"a\"\nforce = 0\ninertia = 1\n\
-                [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-                [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
-    fs::write(folder.join("study.toml"), text).unwrap();
-    succeed(folder, &IDENTIFY);
-    let asked = [
-        "diagnose",
-        "study.toml",
-        "model.json",
-        "--json",
-        "verdict.json",
-    ];
-    succeed(folder, &asked);
-    let verdict = read(folder, "verdict.json");
+    let head = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = [\"body\", \"base\"]\n\
+                body_position = \"body\"\nacceleration = \"a\"\nforce = 0\ninertia = 1\n";
+    let base = "\"stiffness@x\", \"viscous@x\"";
+    write_study(folder, head, &["one.csv", "two.csv"], 1, base);
+    succeed(folder, IDENTIFY);
+    let diagnose = "diagnose study.toml model.json --json verdict.json";
+    succeed(folder, diagnose);
+    let verdict = read_json(folder.join("verdict.json"));
     assert_eq!(
         verdict["found"][0]["effect"], "cubic_hardening",
         "{verdict}"
     );
     succeed(
         folder,
-        &[
-            "add",
-            "study.toml",
-            "model.json",
-            "cubic_hardening@x",
-            "-o",
-            "added.json",
-        ],
+        "add study.toml model.json cubic_hardening@x -o added.json",
     );
     assert_on_base(folder, ON_BASE, 0.03);
 }
@@ -348,14 +294,13 @@ fn a_shaken_base_is_drafted_from_whatever_was_logged() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         on_shaken_base(folder, law, heading, rows);
-        let files = ["init", "--yes", "one.csv", "two.csv"];
-        let said = succeed(folder, &[&files[..], &["--column", "force=0"]].concat());
+        let said = succeed(folder, "init --yes one.csv two.csv --column force=0");
         let study = said + &fs::read_to_string(folder.join("study.toml")).unwrap();
         for held in held {
             assert!(study.contains(held), "{held} is not in {study}");
         }
-        succeed(folder, &IDENTIFY);
-        succeed(folder, &APPLY);
+        succeed(folder, IDENTIFY);
+        succeed(folder, APPLY);
         assert_on_base(folder, law, 0.1);
     }
 }
@@ -375,7 +320,7 @@ fn a_force_that_is_no_force_is_refused_with_what_to_write() {
         ("[]", "inertia = 1", "force needs a column"),
     ] {
         pendulum(folder, force, inertia, MANY);
-        let said = fail(folder, &IDENTIFY, 3);
+        let said = fail(folder, IDENTIFY, 3);
         assert!(said.contains(words), "force = {force}: {said}");
         assert!(said.contains("line 6"), "{said}");
     }

@@ -1,7 +1,7 @@
 //! Runs of which every channel was logged into a file of its own.
 
-use jointwatch_tests::program::{fail, succeed};
-use serde_json::Value;
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{fail, read_json, says, succeed};
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
@@ -35,15 +35,10 @@ fn write(folder: &Path, file: &str, heading: &str, columns: &[usize], rows: u32)
 
 #[track_caller]
 fn is_the_damper(folder: &Path) {
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(folder, &[&identify[..], &["-o", "m.json"]].concat());
-    let model = fs::read_to_string(folder.join("m.json")).unwrap();
-    let model: Value = serde_json::from_str(&model).unwrap();
+    succeed(folder, "identify study.toml --model physical -o m.json");
+    let model = read_json(folder.join("m.json"));
     for (effect, truth) in [("stiffness", STIFFNESS), ("viscous", DAMPING)] {
-        let effects = model["effects"].as_array().unwrap();
-        let own = effects.iter().find(|term| term["effect"] == effect);
-        let value = own.expect(effect)["parameters"][0]["value"].as_f64();
-        let off = value.expect(effect) / truth - 1.0;
+        let off = value(&model, effect) / truth - 1.0;
         assert!(off.abs() < 0.01, "{effect} is off by {off}");
     }
 }
@@ -54,13 +49,9 @@ fn files_without_headings_are_called_after_themselves() {
     let folder = folder.path();
     write(folder, "position.txt", "", &[1], 4000);
     write(folder, "force.txt", "", &[2], 4000);
-    let init = ["init", "--yes", "position.txt", "force.txt", "--rate"];
-    succeed(folder, &[&init[..], &["1000"]].concat());
+    succeed(folder, "init --yes position.txt force.txt --rate 1000");
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
-    assert!(
-        study.contains("file = \"position.txt + force.txt\""),
-        "{study}"
-    );
+    says(&study, &["file = \"position.txt + force.txt\""]);
     is_the_damper(folder);
 }
 
@@ -87,10 +78,7 @@ fn files_of_different_length_or_that_are_missing_are_refused() {
     fs::write(folder.join("study.toml"), study).unwrap();
     let identify = ["identify", "study.toml", "--model", "physical", "-o", "m"];
     let said = fail(folder, &identify, 3);
-    assert!(
-        said.contains("hold 4000 rows of \"disp\" and 3999 of \"load\""),
-        "{said}"
-    );
+    says(&said, &["hold 4000 rows of \"disp\" and 3999 of \"load\""]);
     fs::remove_file(folder.join("load.csv")).unwrap();
     let said = fail(folder, &identify, 3);
     assert!(said.contains("load.csv cannot be read"), "{said}");

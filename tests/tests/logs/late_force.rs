@@ -1,7 +1,9 @@
 //! Force channels that are late by more than the first order of a shift describes, as behind a
 //! filter of their own.
 
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::learnt::parameter;
+use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -24,16 +26,9 @@ fn motion(t: f64, shift: f64) -> [f64; 2] {
 }
 
 /// Writes two records to learn from and one to judge by, of a joint whose force is logged late.
-fn write_study(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64) {
-    let mut study = String::from(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-         [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n",
-    );
-    for (name, shift, role) in [
-        ("a", 0.7, "train"),
-        ("b", 1.9, "train"),
-        ("v", 2.6, "validate"),
-    ] {
+fn written(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64) {
+    let files = ["a.csv", "b.csv", "v.csv"];
+    for (file, shift) in files.into_iter().zip([0.7, 1.9, 2.6]) {
         let mut log = String::from("t,x,F\n");
         for row in 0..ROWS {
             let t = f64::from(row) / RATE_HZ;
@@ -42,44 +37,22 @@ fn write_study(folder: &Path, late_s: f64, force: &dyn Fn(f64, [f64; 2]) -> f64)
             let logged = force(shift, motion(t - late_s, shift)) + noise;
             writeln!(log, "{t:.3},{:.9},{logged:.6}", motion(t, shift)[0]).unwrap();
         }
-        fs::write(folder.join(format!("{name}.csv")), log).unwrap();
-        write!(
-            study,
-            "[[record]]\nfile = \"{name}.csv\"\nrole = \"{role}\"\n"
-        )
-        .unwrap();
+        fs::write(folder.join(file), log).unwrap();
     }
-    fs::write(folder.join("study.toml"), study).unwrap();
+    write_study(folder, HEAD, &files, 2, "\"stiffness@x\", \"viscous@x\"");
 }
 
-/// What is found, and the effects of the model that it is added to.
+/// What is found, and the model that it is added to.
 fn applied(folder: &Path) -> (Vec<String>, Value) {
-    let identify = ["identify", ".", "--model", "physical", "-o", "base.json"];
-    succeed(folder, &identify);
-    let diagnose = ["diagnose", ".", "base.json", "--apply", "-o", "model.json"];
-    let said = succeed(folder, &[&diagnose[..], &["--json", "said.json"]].concat());
-    println!("{said}");
-    let read = |file: &str| -> Value {
-        serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
-    };
-    let said = read("said.json");
+    succeed(folder, "identify . --model physical -o base.json");
+    let diagnose = "diagnose . base.json --apply -o model.json --json said.json";
+    println!("{}", succeed(folder, diagnose));
+    let said = read_json(folder.join("said.json"));
     let found = said["found"].as_array().unwrap().iter();
     let found = found.map(|f| f["effect"].as_str().unwrap().to_string());
     let mut found: Vec<String> = found.collect();
     found.sort();
-    (found, read("model.json")["effects"].clone())
-}
-
-/// A parameter of an effect in a model.
-fn value(effects: &Value, effect: &str, parameter: &str) -> f64 {
-    let named = |list: &Value, key: &str, name: &str| {
-        let mut all = list.as_array().unwrap().iter();
-        all.find(|e| e[key] == name).unwrap().clone()
-    };
-    let own = named(effects, "effect", effect);
-    named(&own["parameters"], "name", parameter)["value"]
-        .as_f64()
-        .unwrap()
+    (found, read_json(folder.join("model.json")))
 }
 
 /// Dry friction and a stop on one side behind a channel that is three rows late: friction that is
@@ -87,20 +60,20 @@ fn value(effects: &Value, effect: &str, parameter: &str) -> f64 {
 #[test]
 fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
     let folder = tempfile::tempdir().unwrap();
-    write_study(folder.path(), 3e-3, &|_, [x, v]| {
+    written(folder.path(), 3e-3, &|_, [x, v]| {
         2e4 * x + 80.0 * v + 15.0 * (v / 1e-3).tanh() + 8e4 * (x - 2.5e-3).max(0.0)
     });
-    let (found, effects) = applied(folder.path());
+    let (found, model) = applied(folder.path());
     let stop = |name: &str| ["end_stop", "offset_stops", "power_contact"].contains(&name);
     assert_eq!(found.iter().filter(|n| stop(n)).count(), 1, "{found:?}");
     let others: Vec<&String> = found.iter().filter(|n| !stop(n)).collect();
     assert_eq!(others, ["coulomb", "time_delay"]);
-    for (effect, parameter, truth) in [
+    for (effect, name, truth) in [
         ("time_delay", "delay", 3e-3),
         ("coulomb", "friction", 15.0),
         ("viscous", "damping", 80.0),
     ] {
-        let off = value(&effects, effect, parameter) / truth - 1.0;
+        let off = parameter(&model, effect, name) / truth - 1.0;
         assert!(off.abs() < 0.03, "{effect} is off by {off}");
     }
 }
@@ -111,7 +84,7 @@ fn a_late_channel_is_put_in_time_before_laws_are_looked_for() {
 fn a_joint_that_follows_late_has_no_late_channel() {
     let folder = tempfile::tempdir().unwrap();
     let state = std::cell::Cell::new((0.0, 0.0, 0.0));
-    write_study(folder.path(), 0.0, &|shift, [x, v]| {
+    written(folder.path(), 0.0, &|shift, [x, v]| {
         let (of, last, series) = state.get();
         let series = if of == shift {
             (series + x - last) * (-1.0 / RATE_HZ / 0.02_f64).exp()

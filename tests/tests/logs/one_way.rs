@@ -4,7 +4,8 @@
 use super::free_motion::noise;
 use super::noise::noise as seeded;
 use jointwatch::model::file::ModelFile;
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{json, succeed};
+use jointwatch_tests::written::write_study;
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::fs;
@@ -33,26 +34,15 @@ fn run(number: usize, speed: f64) -> String {
 fn applied(logs: &[String], training: usize, base: &str) -> (Value, ModelFile) {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let mut study = String::from(
-        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n",
-    );
-    for (number, log) in logs.iter().enumerate() {
-        let file = format!("r{number}.csv");
-        fs::write(folder.join(&file), log).unwrap();
-        let role = if number < training {
-            "train"
-        } else {
-            "validate"
-        };
-        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
+    let files = &["r0.csv", "r1.csv", "r2.csv", "r3.csv", "r4.csv"][..logs.len()];
+    for (file, log) in files.iter().zip(logs) {
+        fs::write(folder.join(file), log).unwrap();
     }
-    writeln!(study, "[base]\nterms = [{base}]").unwrap();
-    fs::write(folder.join("study.toml"), study).unwrap();
+    let head = "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"angle\"\nforce = \"torque\"\ninertia = 0\n";
+    write_study(folder, head, files, training, base);
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
-    let text = succeed(folder, &[&given[..], &["--json", "-"]].concat());
-    let model = ModelFile::read(&folder.join("full.json")).unwrap();
-    (serde_json::from_str(&text).unwrap(), model)
+    let said = json(folder, "diagnose . model.json --apply -o full.json");
+    (said, ModelFile::read(&folder.join("full.json")).unwrap())
 }
 
 #[test]
@@ -128,8 +118,7 @@ fn a_bar_that_is_pulled_once_has_a_spring_and_no_damper_and_yields() {
     let study = fs::read_to_string(folder.join("study.toml")).unwrap();
     assert!(study.contains("terms = [\"stiffness@x\"]"), "{study}");
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let said = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
-    let said: Value = serde_json::from_str(&said).unwrap();
+    let said = json(folder, &["diagnose", ".", "model.json"]);
     assert_eq!(said["verdict"], "effect", "{said}");
     let found = &said["ranked"][0];
     assert_eq!(found["effect"], "jenkins", "{said}");

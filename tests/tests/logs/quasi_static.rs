@@ -6,7 +6,7 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::study::{MemoryLog, Study};
 use jointwatch_tests::lab::Lab;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, says, succeed};
 use serde_json::json;
 use std::fmt::Write as _;
 use std::fs;
@@ -156,10 +156,7 @@ fn nothing_is_reported_per_second_and_the_missing_friction_is_named() {
         said.contains("jenkins@x") && !speaks_of_time(&said),
         "{said}"
     );
-    let said = succeed(
-        folder,
-        &["add", ".", "model.json", "jenkins@x", "-o", "more.json"],
-    );
+    let said = succeed(folder, "add . model.json jenkins@x -o more.json");
     assert!(!speaks_of_time(&said), "{said}");
     let more = ModelFile::read(&folder.join("more.json")).unwrap();
     assert!((value(&more, "slip_displacement") / SLIP - 1.0).abs() < 2e-2);
@@ -182,10 +179,7 @@ fn sums_of_records_without_time_make_a_model_without_time() {
         let command = [&["accumulate", "."], records, &["-o", "s.sums"]].concat();
         let said = succeed(folder, &command);
         assert!(!speaks_of_time(&said), "{said}");
-        succeed(
-            folder,
-            &["identify", "--from", "s.sums", "--model", "physical"],
-        );
+        succeed(folder, "identify --from s.sums --model physical");
         succeed(folder, &["compare", ".", "model.json"]);
         let command = ["identify", "--from", "s.sums", "--model", "polynomial"];
         let said = fail(folder, &command, 3);
@@ -269,9 +263,7 @@ fn what_needs_time_is_refused_with_what_to_do() {
         let text = text(terms, top, axis);
         fs::write(folder.join("study.toml"), text).unwrap();
         let said = fail(folder, &["identify", ".", "--model", "physical"], 3);
-        for word in words {
-            assert!(said.contains(word), "{said}");
-        }
+        says(&said, words);
     };
     let spring = "\"stiffness@x\"";
     refused(

@@ -1,13 +1,15 @@
 //! A joint that is another one in every record, as after a bolt was tightened anew: no effect of
 //! the library, and told as what it is.
 
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{json, says, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 
 const RATE_HZ: f64 = 500.0;
+const BASE: &str = "\"stiffness@x\", \"viscous@x\"";
 
 /// A spring of this stiffness and a damper, with another force that depends on the velocity.
 fn record(seed: f64, stiffness: f64, besides: impl Fn(f64) -> f64) -> String {
@@ -36,24 +38,14 @@ fn record(seed: f64, stiffness: f64, besides: impl Fn(f64) -> f64) -> String {
 fn a_stiffness_that_differs_from_record_to_record_is_told_as_that() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let mut study = String::from(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n",
-    );
+    let files = ["r0.csv", "r1.csv", "r2.csv", "r3.csv"];
     for (number, stiffness) in [2000.0, 2200.0, 1850.0, 2100.0].into_iter().enumerate() {
-        let file = format!("r{number}.csv");
-        fs::write(
-            folder.join(&file),
-            record(number as f64, stiffness, |_| 0.0),
-        )
-        .unwrap();
-        let role = if number < 3 { "train" } else { "validate" };
-        writeln!(study, "[[record]]\nfile = \"{file}\"\nrole = \"{role}\"").unwrap();
+        let text = record(number as f64, stiffness, |_| 0.0);
+        fs::write(folder.join(files[number]), text).unwrap();
     }
-    study.push_str("[base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n");
-    fs::write(folder.join("study.toml"), study).unwrap();
+    write_study(folder, HEAD, &files, 3, BASE);
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let text = succeed(folder, &["diagnose", ".", "model.json", "--json", "-"]);
-    let said: Value = serde_json::from_str(&text).unwrap();
+    let said = json(folder, &["diagnose", ".", "model.json"]);
     assert_eq!(said["verdict"], "unknown", "{said}");
     assert_eq!(said["found"], Value::Array(Vec::new()), "{said}");
     assert_eq!(said["remainder"][0]["follows"], "record", "{said}");
@@ -66,18 +58,14 @@ fn a_stiffness_that_differs_from_record_to_record_is_told_as_that() {
 fn a_zero_that_differs_between_one_training_record_and_the_validation_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
+    let files = ["r0.csv", "r1.csv"];
     for (number, zero) in [0.0, 3.0].into_iter().enumerate() {
         let text = record(number as f64, 2000.0, |v| 4.0 * (v / 1e-3).tanh() + zero);
-        fs::write(folder.join(format!("r{number}.csv")), text).unwrap();
+        fs::write(folder.join(files[number]), text).unwrap();
     }
-    let study = "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n\
-                 [[record]]\nfile = \"r0.csv\"\nrole = \"train\"\n[[record]]\nfile = \"r1.csv\"\nrole = \"validate\"\n\
-                 [base]\nterms = [\"stiffness@x\", \"viscous@x\"]\n";
-    fs::write(folder.join("study.toml"), study).unwrap();
+    write_study(folder, HEAD, &files, 1, BASE);
     succeed(folder, &["identify", ".", "--model", "physical"]);
-    let given = ["diagnose", ".", "model.json", "--apply", "-o", "full.json"];
-    let text = succeed(folder, &[&given[..], &["--json", "-"]].concat());
-    let said: Value = serde_json::from_str(&text).unwrap();
+    let said = json(folder, "diagnose . model.json --apply -o full.json");
     let found = said["found"].as_array().unwrap();
     let mut found: Vec<&str> = found
         .iter()
@@ -86,10 +74,7 @@ fn a_zero_that_differs_between_one_training_record_and_the_validation_is_found()
     found.sort_unstable();
     assert_eq!(found, ["coulomb", "force_zero"], "{said}");
     let notes = said["notes"].to_string();
-    assert!(
-        notes.contains("the zero of force differs by 3.0"),
-        "{notes}"
-    );
+    says(&notes, &["the zero of force differs by 3.0"]);
     let last = said["staircase"]["steps"]
         .as_array()
         .unwrap()

@@ -1,8 +1,8 @@
 //! What test stands hand over as one test: a drive of one frequency, runs side by side in one
 //! sheet, a run that was broken off.
 
-use jointwatch_tests::program::{fail, run, succeed};
-use serde_json::Value;
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{fail, read_json, run, says, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
@@ -33,26 +33,9 @@ fn log(hz: f64, rows: u32) -> String {
 /// Stiffness and damping by the drafted study of some logs.
 fn drafted(folder: &Path, logs: &[&str]) -> [f64; 2] {
     succeed(folder, &[&["init", "--yes"], logs].concat());
-    succeed(
-        folder,
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "m.json",
-        ],
-    );
-    let model = fs::read_to_string(folder.join("m.json")).unwrap();
-    let model: Value = serde_json::from_str(&model).unwrap();
-    let effects = model["effects"].as_array().expect("effects");
-    ["stiffness", "viscous"].map(|effect| {
-        let term = effects.iter().find(|term| term["effect"] == effect);
-        term.expect(effect)["parameters"][0]["value"]
-            .as_f64()
-            .expect(effect)
-    })
+    succeed(folder, "identify study.toml --model physical -o m.json");
+    let model = read_json(folder.join("m.json"));
+    ["stiffness", "viscous"].map(|effect| value(&model, effect))
 }
 
 #[track_caller]
@@ -115,20 +98,10 @@ fn runs_side_by_side_in_one_sheet_are_records_of_their_own() {
     fs::write(dir.path().join("study.toml"), one).unwrap();
     let said = fail(
         dir.path(),
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "-o",
-            "n.json",
-        ],
+        "identify study.toml --model physical -o n.json",
         3,
     );
-    assert!(
-        said.contains("twice") && said.contains("columns = ["),
-        "{said}"
-    );
+    says(&said, &["twice", "columns = ["]);
 }
 
 /// A test machine's steps stand one below the other, each with a preface and a clock of its own.

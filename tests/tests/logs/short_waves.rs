@@ -1,7 +1,10 @@
 //! Waves over the displacement of which the travel holds dozens: the ripple of a motor behind a
 //! screw, of a gear that turns on and on.
 
-use jointwatch_tests::program::succeed;
+use super::noise::noise;
+use jointwatch_tests::learnt::parameter;
+use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::write_study;
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -19,22 +22,18 @@ const DAMPING: f64 = 0.04;
 /// is the motor's, or that of its friction.
 fn record(seed: f64, of_friction: bool) -> String {
     let mut text = String::from("t,phi,M\n");
-    let (mut x, mut noise) = (0.7 * seed, 1_u64 + (1e3 * seed) as u64);
+    let (mut x, mut noise) = (0.7 * seed, noise(1 + (1e3 * seed) as u64));
     for row in 0..12_000 {
         let t = f64::from(row) / RATE_HZ;
         let tones = [0.11, 0.23, 0.41].map(|f| (TAU * f * t + seed * 7.0 * f).sin());
         let v = 9.0 + 8.0 * tones.iter().sum::<f64>() / 1.5;
         x += v / RATE_HZ;
-        noise = noise
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let noise = 0.004 * ((noise >> 33) as f64 / f64::from(1_u32 << 31) - 0.5);
         let friction = (v / 0.05).tanh();
         let wave = RIPPLE * (TAU * x / PITCH + 0.4).sin();
         let torque = DAMPING * v
             + friction * FRICTION
             + if of_friction { wave * friction } else { wave }
-            + noise;
+            + 0.002 * noise();
         writeln!(text, "{t:.3},{x:.7},{torque:.6}").unwrap();
     }
     text
@@ -44,39 +43,15 @@ fn study(folder: &Path, of_friction: bool, terms: &str) {
     for (name, seed) in [("one.csv", 0.3), ("two.csv", 1.9)] {
         fs::write(folder.join(name), record(seed, of_friction)).unwrap();
     }
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"phi\"\nforce = \"M\"\ninertia = 0\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-         [base]\nterms = [{terms}]\n"
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
-}
-
-fn run(folder: &Path, command: &str) {
-    succeed(folder, &command.split(' ').collect::<Vec<_>>());
-}
-
-fn read(file: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
-}
-
-/// A value of the first effect of this name in a model.
-fn value(model: &Value, effect: &str, parameter: &str) -> f64 {
-    let effects = model["effects"].as_array().unwrap();
-    let effect = effects
-        .iter()
-        .find(|e| e["effect"] == effect)
-        .expect(effect);
-    let parameters = effect["parameters"].as_array().unwrap();
-    let parameter = parameters.iter().find(|p| p["name"] == parameter).unwrap();
-    parameter["value"].as_f64().unwrap()
+    let head = "time = \"t\"\n[[axis]]\nname = \"phi\"\nkind = \"rotation\"\ndisplacement = \"phi\"\nforce = \"M\"\ninertia = 0\n";
+    write_study(folder, head, &["one.csv", "two.csv"], 1, terms);
 }
 
 /// Whether a model holds the wave as it was made.
 fn check(model: &Value, effect: &str) {
-    let pitch = value(model, effect, "pitch");
+    let pitch = parameter(model, effect, "pitch");
     assert!((pitch / PITCH - 1.0).abs() < 1e-3, "{model}");
-    let [sine, cosine] = ["sine", "cosine"].map(|name| value(model, effect, name));
+    let [sine, cosine] = ["sine", "cosine"].map(|name| parameter(model, effect, name));
     assert!((sine.hypot(cosine) / RIPPLE - 1.0).abs() < 0.05, "{model}");
 }
 
@@ -86,15 +61,13 @@ fn a_ripple_of_which_the_travel_holds_hundreds_is_found_beside_friction() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         study(folder, of_friction, "\"viscous@phi\", \"coulomb@phi\"");
-        run(folder, "identify study.toml --model physical -o model.json");
-        run(
-            folder,
-            "diagnose study.toml model.json --json verdict.json --apply -o added.json",
-        );
-        let verdict = read(&folder.join("verdict.json"));
+        succeed(folder, "identify study.toml --model physical -o model.json");
+        let diagnose = "diagnose study.toml model.json --json verdict.json --apply -o added.json";
+        succeed(folder, diagnose);
+        let verdict = read_json(folder.join("verdict.json"));
         assert_eq!(verdict["verdict"], "effect", "{verdict}");
         assert_eq!(verdict["found"][0]["effect"], effect, "{verdict}");
-        check(&read(&folder.join("added.json")), effect);
+        check(&read_json(folder.join("added.json")), effect);
 
         // Named in the base, it is found by `identify` as well, and the device takes it.
         study(
@@ -102,8 +75,8 @@ fn a_ripple_of_which_the_travel_holds_hundreds_is_found_beside_friction() {
             of_friction,
             &format!("\"viscous@phi\", \"coulomb@phi\", \"{effect}@phi\""),
         );
-        run(folder, "identify study.toml --model physical -o model.json");
-        check(&read(&folder.join("model.json")), effect);
-        run(folder, "export model.json -o model.bin");
+        succeed(folder, "identify study.toml --model physical -o model.json");
+        check(&read_json(folder.join("model.json")), effect);
+        succeed(folder, "export model.json -o model.bin");
     }
 }

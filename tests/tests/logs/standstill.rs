@@ -61,10 +61,7 @@ fn write_study(folder: &Path, said: &str) {
 fn with_friction(folder: &Path, said: &str) -> (f64, f64, String) {
     write_study(folder, said);
     let words = succeed(folder, &["identify", ".", "--model", "physical"]);
-    succeed(
-        folder,
-        &["add", ".", "model.json", "coulomb@x", "-o", "full.json"],
-    );
+    succeed(folder, "add . model.json coulomb@x -o full.json");
     let model = ModelFile::read(&folder.join("full.json")).unwrap();
     let friction = model
         .effects

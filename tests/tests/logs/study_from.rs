@@ -13,7 +13,7 @@ use jointwatch::study::{Record, Study};
 use jointwatch::text::error::Error;
 use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
 use jointwatch_tests::monitor::watched::{Learnt, STUDY_LEVEL, Shaking, Subject};
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use jointwatch_tests::story::watched_rig;
 use serde_json::Value;
 use std::fs;
@@ -27,23 +27,12 @@ fn story() -> &'static Path {
     let folder = STORY.get_or_init(|| {
         let folder = TempDir::new().unwrap();
         watched_rig(folder.path(), 1);
-        let replay = [
-            "replay",
-            "model.bin",
-            "rig/study.toml",
-            "--record",
-            "train_both.csv",
-        ];
-        let frames = ["--rig", "rig.bin", "--frames", "frames.bin"];
-        succeed(folder.path(), &[&replay[..], &frames].concat());
+        let replay = "replay model.bin rig/study.toml --record train_both.csv";
+        let frames = "--rig rig.bin --frames frames.bin";
+        succeed(folder.path(), &format!("{replay} {frames}"));
         folder
     });
     folder.path()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let said = succeed(folder, &[arguments, &["--json", "-"]].concat());
-    serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"))
 }
 
 /// Writes frames and makes a study of them in a folder of its own beside.
@@ -60,10 +49,9 @@ fn study_from(folder: &Path, frames: &[u8]) -> Value {
 /// The effects' values and the half widths of their intervals, by name, of the physical model that
 /// a study gives with these terms.
 fn values(folder: &Path, study: &str) -> Vec<(String, f64, f64)> {
-    let model = folder.join("values.json");
     let identify = ["identify", study, "--model", "physical", "-o"];
     succeed(folder, &[&identify[..], &["values.json"]].concat());
-    let model: Value = serde_json::from_str(&fs::read_to_string(model).unwrap()).unwrap();
+    let model = read_json(folder.join("values.json"));
     let mut all = Vec::new();
     for effect in model["effects"].as_array().unwrap() {
         for p in effect["parameters"].as_array().unwrap() {
@@ -205,53 +193,20 @@ fn what_is_no_recording_of_this_rig_is_refused_in_a_sentence() {
         assert!(!path("now").exists(), "{name}");
     }
     // The block of another joint.
+    succeed(folder.path(), "simulate --out other --axes 1 --duration 4");
     succeed(
         folder.path(),
-        &[
-            "simulate",
-            "--out",
-            "other",
-            "--axes",
-            "1",
-            "--duration",
-            "4",
-        ],
+        "identify other --model physical -o other.json",
     );
-    succeed(
-        folder.path(),
-        &[
-            "identify",
-            "other",
-            "--model",
-            "physical",
-            "-o",
-            "other.json",
-        ],
-    );
-    let export = [
-        "export",
-        "other.json",
-        "--rig",
-        "defaults",
-        "--study",
-        "other",
-        "-o",
-    ];
-    succeed(folder.path(), &[&export[..], &["other.bin"]].concat());
+    let export = "export other.json --rig defaults --study other -o other.bin";
+    succeed(folder.path(), export);
     fs::write(path("frames.bin"), &frames).unwrap();
-    let from = [
-        "study-from",
-        "frames.bin",
-        "--rig",
-        "other.bin",
-        "-o",
-        "now",
-    ];
-    let said = fail(folder.path(), &from, 3);
+    let from = "study-from frames.bin --rig other.bin -o now";
+    let said = fail(folder.path(), from, 3);
     assert!(said.contains("of a device with the rig block"), "{said}");
     // And without the introduction the axes tell.
     fs::write(path("frames.bin"), &frames[end..]).unwrap();
-    let said = fail(folder.path(), &from, 3);
+    let said = fail(folder.path(), from, 3);
     assert!(said.contains("a rig with 2 axes"), "{said}");
     fs::create_dir(path("now")).unwrap();
     fs::write(path("now/mine"), "").unwrap();
@@ -312,10 +267,7 @@ fn the_capture_of_an_alarm_names_what_changed() {
     let said = json(folder.path(), &changed);
     let words = succeed(folder.path(), &changed);
     println!("{words}");
-    assert!(
-        words.contains("Changed: stiffness of stiffness@x by +"),
-        "{words}"
-    );
+    says(&words, &["Changed: stiffness of stiffness@x by +"]);
     let parameters = said["parameters"].as_array().unwrap();
     let stiffness = parameters
         .iter()

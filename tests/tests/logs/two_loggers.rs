@@ -5,7 +5,7 @@ use jointwatch::fit::identify;
 use jointwatch::model::file::ModelFile;
 use jointwatch::simulate::{SimulationOptions, simulate};
 use jointwatch::study::{Channels, MemoryLog, Role, Study};
-use jointwatch_tests::program::fail;
+use jointwatch_tests::program::{fail, says};
 use std::fmt::Write as _;
 use std::fs;
 use tempfile::TempDir;
@@ -209,9 +209,7 @@ fn what_cannot_be_put_in_time_is_refused_with_what_to_do() {
     let sound = logs(&study);
     let expect = |text: &str, logs: &[MemoryLog], words: &[&str]| {
         let said = refused(text, logs);
-        for word in words {
-            assert!(said.contains(word), "{word}: {said}");
-        }
+        says(&said, words);
     };
     let with = |old: &str, new: &str| {
         assert!(good.contains(old), "{old}");

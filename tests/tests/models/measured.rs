@@ -3,13 +3,9 @@
 //!
 //! They are not part of the project. Where they are absent, each test says so and what to set.
 
-use jointwatch_tests::program::{measurements, study_with_logs, succeed};
-use serde_json::Value;
+use jointwatch_tests::learnt::parameter;
+use jointwatch_tests::program::{json, measurements, read_json, study_with_logs, succeed};
 use std::fs;
-
-fn figures(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
 
 #[test]
 fn six_foreign_studies_go_through_identify_and_compare() {
@@ -25,21 +21,8 @@ fn six_foreign_studies_go_through_identify_and_compare() {
         let name = study.file_name().unwrap().to_string_lossy().into_owned();
         let folder = tempfile::tempdir().unwrap();
         let path = study.to_str().unwrap();
-        succeed(
-            folder.path(),
-            &[
-                "identify",
-                path,
-                "--model",
-                "polynomial",
-                "-o",
-                "model.json",
-            ],
-        );
-        let compared = figures(&succeed(
-            folder.path(),
-            &["compare", path, "model.json", "--json", "-"],
-        ));
+        succeed(folder.path(), &["identify", path, "--model", "polynomial"]);
+        let compared = json(folder.path(), &["compare", path, "model.json"]);
         for axis in compared["validation"].as_array().unwrap() {
             let nmse = axis["nmse_percent"].as_f64().unwrap();
             println!("{name} {}: validation NMSE {nmse:.3} %", axis["axis"]);
@@ -48,10 +31,7 @@ fn six_foreign_studies_go_through_identify_and_compare() {
         }
         // The device's integers see what the host saw.
         succeed(folder.path(), &["export", "model.json", "-o", "model.bin"]);
-        let replayed = figures(&succeed(
-            folder.path(),
-            &["replay", "model.bin", path, "--json", "-"],
-        ));
+        let replayed = json(folder.path(), &["replay", "model.bin", path]);
         assert!(
             replayed["records"]
                 .as_array()
@@ -82,26 +62,16 @@ fn a_measured_axis_with_unknown_mass_is_identified() {
     };
     succeed(
         folder.path(),
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "polynomial",
-            "-o",
-            "model.json",
-        ],
+        "identify study.toml --model polynomial -o model.json",
     );
-    let model = figures(&fs::read_to_string(folder.path().join("model.json")).unwrap());
+    let model = read_json(folder.path().join("model.json"));
     let inertia = model["axes"][0]["inertia"].as_f64().unwrap();
     println!("mass {inertia:.3} kg; published 95.109 kg");
     assert!(
         (inertia - 95.109).abs() < 0.02 * 95.109,
         "mass {inertia} kg"
     );
-    let compared = figures(&succeed(
-        folder.path(),
-        &["compare", "study.toml", "model.json", "--json", "-"],
-    ));
+    let compared = json(folder.path(), "compare study.toml model.json");
     let nmse = |role: &str| compared[role][0]["nmse_percent"].as_f64().unwrap();
     println!(
         "verification {:.3} %, validation {:.3} %",
@@ -116,18 +86,10 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
         return;
     };
     let folder = folder.path();
-    let identify = ["identify", "study.toml", "--model", "physical"];
-    succeed(folder, &[&identify[..], &["-o", "model.json"]].concat());
-    let model = figures(&fs::read_to_string(folder.join("model.json")).unwrap());
-    let value = |effect: &str, parameter: &str| {
-        let named = |list: &Value, key: &str, name: &str| {
-            let found = list.as_array().unwrap().iter();
-            found.clone().find(|v| v[key] == name).unwrap().clone()
-        };
-        let effect = named(&model["effects"], "effect", effect);
-        let found = named(&effect["parameters"], "name", parameter);
-        found["value"].as_f64().unwrap()
-    };
+    let identify = "identify study.toml --model physical -o model.json";
+    succeed(folder, identify);
+    let model = read_json(folder.join("model.json"));
+    let value = |effect: &str, name: &str| parameter(&model, effect, name);
     // Janot, Gautier, Brunot (2019).
     for (what, seen, published) in [
         (
@@ -142,11 +104,9 @@ fn a_measured_axis_gives_its_published_friction_and_mass() {
         println!("{what}: {seen:.3}, published {published}");
         assert!((seen / published - 1.0).abs() < 0.01, "{what}: {seen}");
     }
-    let compare = ["compare", "study.toml", "model.json", "--json", "-"];
-    let compared = figures(&succeed(folder, &compare));
+    let compared = json(folder, "compare study.toml model.json");
     succeed(folder, &["export", "model.json", "-o", "model.bin"]);
-    let replay = ["replay", "model.bin", "study.toml", "--json", "-"];
-    let replayed = figures(&succeed(folder, &replay));
+    let replayed = json(folder, "replay model.bin study.toml");
     for (number, (role, most)) in [("verification", 0.15), ("validation", 0.3)]
         .into_iter()
         .enumerate()
@@ -172,12 +132,11 @@ fn an_untouched_record_of_a_measured_axis_is_not_suspect() {
     };
     let folder = folder.path();
     for model in ["physical", "polynomial"] {
-        let identify = ["identify", "study.toml", "--model", model];
-        succeed(folder, &[&identify[..], &["-o", "model.json"]].concat());
+        let identify = format!("identify study.toml --model {model} -o model.json");
+        succeed(folder, &identify);
         succeed(folder, &["export", "model.json", "-o", "model.bin"]);
-        let replay = ["replay", "model.bin", "study.toml", "--monitor"];
-        let asked = ["--fail-on", "suspect", "--json", "-"];
-        let said = figures(&succeed(folder, &[&replay[..], &asked].concat()));
+        let replay = "replay model.bin study.toml --monitor --fail-on suspect";
+        let said = json(folder, replay);
         let pulses = &said["monitor"]["records"][1];
         println!("{model}: {}", pulses["changes"]);
         assert_eq!(pulses["file"], "DATA_EMPS_PULSES.mat");

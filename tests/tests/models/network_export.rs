@@ -3,18 +3,17 @@
 
 use jointwatch_shared::scalar::fixed::q31_to_f64;
 use jointwatch_shared::selftest::Points;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, succeed};
 use jointwatch_tests::story::story;
 use serde_json::{Value, json};
 use std::fs;
-use std::path::Path;
 use tempfile::TempDir;
 
 /// The study of the story with a network of random weights of up to `size` in place of the
 /// polynomial that was learnt.
 fn study_with_network(neurons: usize, size: f64, seed: u64) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mut model = read(&story().join("model.json"));
+    let mut model = read_json(story().join("model.json"));
     let mut points = Points::new(seed);
     let mut draw = |count: usize| -> Vec<f64> {
         let numbers = (0..count).map(|_| size * q31_to_f64(points.next_word()));
@@ -32,19 +31,10 @@ fn study_with_network(neurons: usize, size: f64, seed: u64) -> TempDir {
     folder
 }
 
-fn read(file: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
-}
-
-fn parsed(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
-
 #[test]
 fn export_states_its_error_and_inspect_and_replay_take_the_blob() {
     let folder = study_with_network(40, 2.0, 31);
-    let export = ["export", "network.json", "-o", "network.bin", "--json", "-"];
-    let exported = parsed(&succeed(folder.path(), &export));
+    let exported = json(folder.path(), "export network.json -o network.bin");
     assert_eq!(exported["bytes"], 4096);
     for (axis, half_range) in exported["axes"].as_array().unwrap().iter().zip([40.0, 2.5]) {
         let [seen, bound] = ["largest_error", "error_bound"].map(|key| axis[key].as_f64().unwrap());
@@ -61,10 +51,7 @@ fn export_states_its_error_and_inspect_and_replay_take_the_blob() {
         said.contains("Blob: network, 40 neurons; samples at"),
         "{said}"
     );
-    let inspected = parsed(&succeed(
-        folder.path(),
-        &["inspect", "network.bin", "--json", "-"],
-    ));
+    let inspected = json(folder.path(), "inspect network.bin");
     assert_eq!(
         (&inspected["base"], &inspected["neurons"]),
         (&json!("network"), &json!(40))
@@ -73,14 +60,8 @@ fn export_states_its_error_and_inspect_and_replay_take_the_blob() {
     // What the device would say on the records is what the model says in f64.
     let rig = story().join("rig");
     let rig = rig.to_str().unwrap();
-    let replayed = parsed(&succeed(
-        folder.path(),
-        &["replay", "network.bin", rig, "--json", "-"],
-    ));
-    let compared = parsed(&succeed(
-        folder.path(),
-        &["compare", rig, "network.json", "--json", "-"],
-    ));
+    let replayed = json(folder.path(), &["replay", "network.bin", rig]);
+    let compared = json(folder.path(), &["compare", rig, "network.json"]);
     let records = replayed["records"].as_array().unwrap();
     assert!(!records.is_empty());
     for (a, b) in records.iter().zip(compared["records"].as_array().unwrap()) {

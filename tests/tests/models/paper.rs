@@ -1,7 +1,7 @@
 //! `jointwatch paper`: a page whose tables hold together, figures that are whole, and a committed
 //! page that is not stale.
 
-use jointwatch_tests::program::{fail, measurements, succeed, workspace};
+use jointwatch_tests::program::{fail, json, measurements, workspace};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,10 +11,9 @@ const QUICK: [&str; 6] = ["paper", "--seeds", "1", "--restarts", "1", "--out"];
 
 /// The page and what `--json` gave, from one seed and one training of each network.
 fn quick_page(folder: &Path, data: &str) -> (String, Value) {
-    let arguments = [&QUICK[..], &["out", "--data", data, "--json", "-"]].concat();
-    let json = succeed(folder, &arguments);
+    let results = json(folder, &[&QUICK[..], &["out", "--data", data]].concat());
     let page = fs::read_to_string(folder.join("out/paper.md")).unwrap();
-    (page, serde_json::from_str(&json).unwrap())
+    (page, results)
 }
 
 /// The cells of every table of a page, table by table, the line of dashes left out.

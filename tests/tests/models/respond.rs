@@ -11,9 +11,8 @@ use jointwatch::simulate::{
     Contact, Joint, JointLaw, RigParameters, SimulationOptions, write_study,
 };
 use jointwatch::study::Study;
-use jointwatch_tests::program::{measurements, study_with_logs, succeed};
+use jointwatch_tests::program::{json, measurements, says, study_with_logs, succeed};
 use jointwatch_tests::story::story;
-use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
@@ -234,14 +233,11 @@ fn a_model_of_the_wrong_sign_diverges_and_the_program_says_when() {
         let mut arguments = vec!["respond", rig, "wrong.json", "--record", "valid.csv"];
         arguments.extend(way);
         let said = succeed(folder.path(), &arguments);
-        assert!(
-            said.contains("valid.csv: the simulation diverged at"),
-            "{said}"
-        );
+        says(&said, &["valid.csv: the simulation diverged at"]);
         let how = ["half-ranges from the middle", "beyond all numbers"];
         assert!(how.iter().any(|how| said.contains(how)), "{said}");
-        arguments.extend(["--json", "-", "-o", "states.csv"]);
-        let told: Value = serde_json::from_str(&succeed(folder.path(), &arguments)).unwrap();
+        arguments.extend(["-o", "states.csv"]);
+        let told = json(folder.path(), &arguments);
         let record = &told["records"][0];
         let diverged = &record["diverged"][0];
         let time_s = diverged["time_s"].as_f64().unwrap();
@@ -261,19 +257,10 @@ fn a_model_of_the_wrong_sign_diverges_and_the_program_says_when() {
         assert!(cells.last().unwrap()[1].is_empty() && !cells.last().unwrap()[2].is_empty());
     }
     // With restarts it diverges again and again, and is taken up again each time.
-    let told = succeed(
+    let told = json(
         folder.path(),
-        &[
-            "respond",
-            rig,
-            "wrong.json",
-            "--restart",
-            "1",
-            "--json",
-            "-",
-        ],
+        &["respond", rig, "wrong.json", "--restart", "1"],
     );
-    let told: Value = serde_json::from_str(&told).unwrap();
     let record = told["records"].as_array().unwrap().last().unwrap();
     assert!(record["diverged"].as_array().unwrap().len() > 2);
 }
@@ -283,17 +270,10 @@ fn a_good_model_follows_the_rig_and_the_states_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| story().join(name).to_str().unwrap().to_owned();
     let (rig, model) = (path("rig"), path("model.json"));
+    let arguments = ["respond", &rig, &model, "--record", "valid.csv"];
     let said = succeed(
         folder.path(),
-        &[
-            "respond",
-            &rig,
-            &model,
-            "--record",
-            "valid.csv",
-            "-o",
-            "states.csv",
-        ],
+        &[&arguments[..], &["-o", "states.csv"]].concat(),
     );
     for part in ["displacement NMSE", "velocity NMSE", "8 Hz", "x amplitude"] {
         assert!(said.contains(part), "{part} is missing in {said}");

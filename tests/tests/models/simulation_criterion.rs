@@ -1,7 +1,7 @@
 //! `identify --criterion simulation`: a model refined until its simulated motion fits the measured
 //! one.
 
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
@@ -73,20 +73,9 @@ fn study(folder: &Path, noise_m: f64, axis: &str, terms: &str) {
 
 const TERMS: &str = r#""stiffness@x", "viscous@x", "coulomb@x""#;
 
-fn identify(folder: &Path, more: &[&str]) -> Value {
-    let all = [
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "--json",
-            "-",
-        ],
-        more,
-    ]
-    .concat();
-    serde_json::from_str(&succeed(folder, &all)).unwrap()
+fn identify(folder: &Path, more: &str) -> Value {
+    let identify = format!("identify study.toml --model physical {more}");
+    json(folder, &identify)
 }
 
 /// Mass, stiffness, damping, friction of a model.
@@ -109,12 +98,9 @@ fn off(model: &Value) -> [f64; 4] {
 fn noise_that_biases_the_equation_of_motion_does_not_bias_the_motion() {
     let folder = tempfile::tempdir().unwrap();
     study(folder.path(), 2e-4, "", TERMS);
-    let equation = identify(folder.path(), &["-o", "equation.json"]);
+    let equation = identify(folder.path(), "-o equation.json");
     assert!(equation.get("simulation").is_none());
-    let simulation = identify(
-        folder.path(),
-        &["--criterion", "simulation", "-o", "simulation.json"],
-    );
+    let simulation = identify(folder.path(), "--criterion simulation -o simulation.json");
     let (before, after) = (off(&equation), off(&simulation));
     println!("off by {before:?} with the equation, {after:?} with the simulation");
     assert!(
@@ -139,24 +125,13 @@ fn noise_that_biases_the_equation_of_motion_does_not_bias_the_motion() {
     // Intervals of the other fit do not belong to these values.
     assert!(simulation["effects"][0]["parameters"][0]["interval"].is_null());
     // What was written is what was printed, and `respond` agrees.
-    let response = succeed(
-        folder.path(),
-        &["respond", "study.toml", "simulation.json", "--json", "-"],
-    );
-    let response: Value = serde_json::from_str(&response).unwrap();
+    let response = json(folder.path(), "respond study.toml simulation.json");
     let nmse = &response["records"][1]["axes"]["x"]["displacement_nmse_percent"];
     let told = &said["records"][1]["after"]["nmse_percent"];
     assert!((nmse.as_f64().unwrap() - told.as_f64().unwrap()).abs() < 1e-9);
     let text = succeed(
         folder.path(),
-        &[
-            "identify",
-            "study.toml",
-            "--model",
-            "physical",
-            "--criterion",
-            "simulation",
-        ],
+        "identify study.toml --model physical --criterion simulation",
     );
     for part in [
         "Refinement by simulation",
@@ -173,18 +148,9 @@ fn what_cannot_be_refined_is_refused_in_one_sentence() {
     let folder = tempfile::tempdir().unwrap();
     study(folder.path(), 1e-5, "", TERMS);
     let refused = |kind: &str, code: i32, parts: &[&str]| {
-        let arguments = [
-            "identify",
-            "study.toml",
-            "--model",
-            kind,
-            "--criterion",
-            "simulation",
-        ];
-        let sentence = fail(folder.path(), &arguments, code);
-        for part in parts {
-            assert!(sentence.contains(part), "{part} is missing in {sentence}");
-        }
+        let identify = format!("identify study.toml --model {kind} --criterion simulation");
+        let sentence = fail(folder.path(), &identify, code);
+        says(&sentence, parts);
         assert!(!folder.path().join("model.json").exists());
     };
     refused("network", 2, &["network", "--model physical"]);
@@ -262,10 +228,9 @@ fn a_controlled_drive_is_simulated_in_its_loop() {
     for file in ["train.csv", "valid.csv"] {
         fs::write(at.join(file), &csv).unwrap();
     }
-    identify(at, &["-o", "model.json"]);
+    identify(at, "-o model.json");
     // A model whose damping is three times too large.
-    let mut model: Value =
-        serde_json::from_str(&fs::read_to_string(at.join("model.json")).unwrap()).unwrap();
+    let mut model = read_json(at.join("model.json"));
     model["effects"][0]["parameters"][0]["value"] = (3.0 * damping).into();
     fs::write(at.join("wrong.json"), model.to_string()).unwrap();
     let text = fs::read_to_string(at.join("study.toml")).unwrap();
@@ -275,8 +240,8 @@ fn a_controlled_drive_is_simulated_in_its_loop() {
     // What it would have moved like, with its reference.
     let wanted = controlled(3.0 * damping);
     let apart = |study: &str, beside: &[[f64; 3]]| -> f64 {
-        let respond = ["respond", study, "wrong.json", "--record", "valid.csv"];
-        succeed(at, &[&respond[..], &["-o", "states.csv"]].concat());
+        let respond = format!("respond {study} wrong.json --record valid.csv -o states.csv");
+        succeed(at, &respond);
         let text = fs::read_to_string(at.join("states.csv")).unwrap();
         let mut square = [0.0; 2];
         for line in text.lines().skip(1) {

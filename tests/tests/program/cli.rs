@@ -1,13 +1,9 @@
 //! Every subcommand as a user calls it: what it prints, what it leaves behind, how it ends.
 
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
 use jointwatch_tests::story::{copy_of_rig, story};
 use serde_json::Value;
 use std::fs;
-
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
 
 fn number(value: &Value) -> f64 {
     value
@@ -18,61 +14,20 @@ fn number(value: &Value) -> f64 {
 #[test]
 fn simulate_writes_a_study_with_the_truth_beside_it_and_refuses_a_folder_in_use() {
     let folder = tempfile::tempdir().unwrap();
-    let said = succeed(
-        folder.path(),
-        &[
-            "simulate",
-            "--out",
-            "rig",
-            "--duration",
-            "2",
-            "--axes",
-            "1",
-            "--seed",
-            "9",
-        ],
-    );
-    assert!(
-        said.contains("seed 9") && said.contains("study.toml"),
-        "{said}"
-    );
+    let simulate = |out: &str, seed: u64| {
+        let words = format!("simulate --out {out} --duration 2 --axes 1 --seed {seed}");
+        succeed(folder.path(), &words)
+    };
+    let said = simulate("rig", 9);
+    says(&said, &["seed 9", "study.toml"]);
     let rig = folder.path().join("rig");
     assert!(rig.join("study.toml").is_file() && rig.join("truth/truth.json").is_file());
     let sentence = fail(folder.path(), &["simulate", "--out", "rig"], 1);
-    assert!(
-        sentence.contains("rig") && sentence.contains("not empty"),
-        "{sentence}"
-    );
+    says(&sentence, &["rig", "not empty"]);
 
     // The same seed gives the same bytes, another one others.
-    succeed(
-        folder.path(),
-        &[
-            "simulate",
-            "--out",
-            "again",
-            "--duration",
-            "2",
-            "--axes",
-            "1",
-            "--seed",
-            "9",
-        ],
-    );
-    succeed(
-        folder.path(),
-        &[
-            "simulate",
-            "--out",
-            "other",
-            "--duration",
-            "2",
-            "--axes",
-            "1",
-            "--seed",
-            "10",
-        ],
-    );
+    simulate("again", 9);
+    simulate("other", 10);
     let log = |study: &str| {
         let study = folder.path().join(study);
         let text = fs::read_to_string(study.join("study.toml")).unwrap();
@@ -93,24 +48,10 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
     let folder = tempfile::tempdir().unwrap();
     copy_of_rig(folder.path());
     for (fit, limit) in [("ridge", 256), ("least-squares", 256), ("select", 128)] {
-        let said = succeed(
-            folder.path(),
-            &[
-                "identify",
-                "rig",
-                "--model",
-                "polynomial",
-                "--fit",
-                fit,
-                "-o",
-                "m.json",
-            ],
-        );
-        assert!(
-            said.contains("Verification") && said.contains("Validation") && said.contains("m.json"),
-            "{said}"
-        );
-        let model = json(&fs::read_to_string(folder.path().join("m.json")).unwrap());
+        let identify = format!("identify rig --model polynomial --fit {fit} -o m.json");
+        let said = succeed(folder.path(), &identify);
+        says(&said, &["Verification", "Validation", "m.json"]);
+        let model = read_json(folder.path().join("m.json"));
         assert_eq!(model["fit"], fit);
         for axis in 0..2 {
             let terms = model["fits"][axis]["terms"].as_u64().unwrap();
@@ -122,24 +63,14 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
     // A model small enough to read is printed as an equation with its units.
     let said = succeed(
         folder.path(),
-        &[
-            "identify",
-            "rig",
-            "--model",
-            "polynomial",
-            "--order",
-            "1,1,0,0",
-        ],
+        "identify rig --model polynomial --order 1,1,0,0",
     );
-    assert!(
-        said.contains("r_x [N] =") && said.contains("r_phi [N·m] =") && said.contains("m/s"),
-        "{said}"
-    );
+    says(&said, &["r_x [N] =", "r_phi [N·m] =", "m/s"]);
     assert!(folder.path().join("model.json").is_file());
 
     let sentence = fail(
         folder.path(),
-        &["identify", "rig", "--model", "polynomial", "--order", "3,3"],
+        "identify rig --model polynomial --order 3,3",
         2,
     );
     assert!(sentence.contains("--order"), "{sentence}");
@@ -147,11 +78,7 @@ fn identify_prints_verification_and_validation_and_writes_the_model() {
 
 #[test]
 fn compare_json_follows_the_contract() {
-    let text = succeed(
-        story(),
-        &["compare", "rig/study.toml", "model.json", "--json", "-"],
-    );
-    let comparison = json(&text);
+    let comparison = json(story(), "compare rig/study.toml model.json");
     let records = comparison["records"].as_array().unwrap();
     assert_eq!(records.len(), 4);
     for record in records {
@@ -208,16 +135,13 @@ fn quiet_says_nothing_and_json_to_a_file_leaves_the_text() {
         out.to_str().unwrap(),
     ];
     assert_eq!(succeed(story(), &arguments), "");
-    assert!(json(&fs::read_to_string(&out).unwrap())["records"].is_array());
+    assert!(read_json(&out)["records"].is_array());
     let said = succeed(
         story(),
         &["inspect", "model.bin", "--json", out.to_str().unwrap()],
     );
     assert!(said.contains("Blob"));
-    assert_eq!(
-        json(&fs::read_to_string(&out).unwrap())["base"],
-        "polynomial"
-    );
+    assert_eq!(read_json(&out)["base"], "polynomial");
 }
 
 #[test]
@@ -225,10 +149,7 @@ fn export_states_its_error_and_refuses_a_budget_it_cannot_keep() {
     let folder = tempfile::tempdir().unwrap();
     let blob = folder.path().join("m.bin");
     let blob = blob.to_str().unwrap();
-    let exported = json(&succeed(
-        story(),
-        &["export", "model.json", "-o", blob, "--json", "-"],
-    ));
+    let exported = json(story(), &["export", "model.json", "-o", blob]);
     assert_eq!(exported["bytes"], 4096);
     for axis in exported["axes"].as_array().unwrap() {
         assert!(
@@ -243,40 +164,19 @@ fn export_states_its_error_and_refuses_a_budget_it_cannot_keep() {
     );
 
     let other = folder.path().join("refused.bin");
-    let sentence = fail(
-        story(),
-        &[
-            "export",
-            "model.json",
-            "-o",
-            other.to_str().unwrap(),
-            "--budget",
-            "1e-14",
-        ],
-        3,
-    );
-    assert!(
-        sentence.contains("coefficient") && sentence.contains("model.json"),
-        "{sentence}"
-    );
+    let into = other.to_str().unwrap();
+    let export = ["export", "model.json", "-o", into, "--budget", "1e-14"];
+    let sentence = fail(story(), &export, 3);
+    says(&sentence, &["coefficient", "model.json"]);
     assert!(!other.exists());
 }
 
 #[test]
 fn replay_is_repeatable_and_close_to_compare() {
-    let replayed = json(&succeed(
-        story(),
-        &["replay", "model.bin", "rig", "--json", "-"],
-    ));
-    let again = json(&succeed(
-        story(),
-        &["replay", "model.bin", "rig", "--json", "-"],
-    ));
+    let replayed = json(story(), "replay model.bin rig");
+    let again = json(story(), "replay model.bin rig");
     assert_eq!(replayed, again);
-    let compared = json(&succeed(
-        story(),
-        &["compare", "rig", "model.json", "--json", "-"],
-    ));
+    let compared = json(story(), "compare rig model.json");
     for (a, b) in replayed["records"]
         .as_array()
         .unwrap()
@@ -306,18 +206,8 @@ fn replay_is_repeatable_and_close_to_compare() {
     let folder = tempfile::tempdir().unwrap();
     let csv = folder.path().join("out.csv");
     let csv = csv.to_str().unwrap();
-    succeed(
-        story(),
-        &[
-            "replay",
-            "model.bin",
-            "rig",
-            "--record",
-            "valid.csv",
-            "-o",
-            csv,
-        ],
-    );
+    let replay = ["replay", "model.bin", "rig", "--record", "valid.csv"];
+    succeed(story(), &[&replay[..], &["-o", csv]].concat());
     let text = fs::read_to_string(csv).unwrap();
     let heading = text.lines().next().unwrap();
     assert!(
@@ -329,26 +219,16 @@ fn replay_is_repeatable_and_close_to_compare() {
 
     let sentence = fail(story(), &["replay", "model.bin", "rig", "-o", csv], 2);
     assert!(sentence.contains("--record"), "{sentence}");
-    let sentence = fail(
-        story(),
-        &["replay", "model.bin", "rig", "--record", "vali.csv"],
-        2,
-    );
+    let sentence = fail(story(), "replay model.bin rig --record vali.csv", 2);
     assert!(sentence.contains("valid.csv"), "{sentence}");
 }
 
 #[test]
 fn inspect_shows_models_and_blobs() {
     let said = succeed(story(), &["inspect", "model.json"]);
-    assert!(
-        said.contains("polynomial") && said.contains("History") && said.contains("identified"),
-        "{said}"
-    );
+    says(&said, &["polynomial", "History", "identified"]);
     let said = succeed(story(), &["inspect", "model.bin"]);
-    assert!(
-        said.contains("inertia − force") && said.contains("error bound"),
-        "{said}"
-    );
+    says(&said, &["inertia − force", "error bound"]);
 }
 
 #[test]
@@ -417,7 +297,7 @@ fn compare_tells_what_is_wrong_with_the_data_as_diagnose_does() {
     let rig = copy_of_rig(folder.path());
     let model = story().join("model.json");
     let model = model.to_str().unwrap();
-    let run = |command: &str| json(&succeed(&rig, &[command, ".", model, "--json", "-"]));
+    let run = |command: &str| json(&rig, &[command, ".", model]);
     assert_eq!(run("compare")["data_problems"], serde_json::json!([]));
 
     // The force channel ends at half of its range.

@@ -39,7 +39,7 @@ fn a_browser_goes_the_whole_loop() {
         return;
     };
     let [folder, empty] = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    let run = |words: &str| succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    let run = |words: &str| succeed(folder.path(), words);
     run("simulate --out rig --hidden coulomb@x --share 0.15 --duration 4 --seed 3");
     run("identify rig --model physical -o rig/base.json");
     run("compare rig rig/base.json --json figures.json");
@@ -82,7 +82,7 @@ fn a_browser_finds_the_dry_friction_of_a_measured_axis() {
         "identify study.toml --model physical -o base.json",
         "compare study.toml base.json --json figures.json",
     ] {
-        succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+        succeed(folder.path(), words);
     }
     let lab = Lab::start(folder.path(), &["study.toml", "base.json"]);
     let seen = gone_through(
@@ -112,7 +112,7 @@ fn a_browser_goes_the_loop_on_four_records_of_34_000_rows_and_two_axes() {
         "identify rig --model physical -o rig/base.json",
         "compare rig rig/base.json --json figures.json",
     ] {
-        succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+        succeed(folder.path(), words);
     }
     let lab = Lab::start(&folder.path().join("rig"), &["study.toml", "base.json"]);
     let seen = gone_through(

@@ -18,7 +18,7 @@ const PEAK: usize = 12_345;
 fn long_study() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let words = "simulate --out rig --axes 1 --duration 30 --seed 4";
-    succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    succeed(folder.path(), words);
     let rig = folder.path().join("rig");
     let text = fs::read_to_string(rig.join("train_x.csv")).unwrap();
     let mut lines = text.lines().filter(|line| !line.starts_with('#'));

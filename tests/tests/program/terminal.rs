@@ -2,7 +2,7 @@
 //! study.toml that names its keys.
 
 use jointwatch::study::Study;
-use jointwatch_tests::program::{jointwatch, succeed, workspace};
+use jointwatch_tests::program::{jointwatch, says, succeed, workspace};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -80,25 +80,16 @@ fn shells_and_man_get_every_command() {
     }
     succeed(folder.path(), &["manual", "-o", "man1"]);
     let whole = fs::read_to_string(folder.path().join("man1/jointwatch.1")).unwrap();
-    assert!(
-        whole.contains(".TH") && whole.contains("diagnose"),
-        "{whole}"
-    );
+    says(&whole, &[".TH", "diagnose"]);
     let one = fs::read_to_string(folder.path().join("man1/jointwatch-changed.1")).unwrap();
-    assert!(
-        one.contains("old model") && one.contains("Examples"),
-        "{one}"
-    );
+    says(&one, &["old model", "Examples"]);
     for words in [
         ["identify", "--help"],
         ["help", "study"],
         ["help", "changed"],
     ] {
         let help = succeed(folder.path(), &words);
-        assert!(
-            help.contains("Examples:") && help.contains("  jointwatch "),
-            "{help}"
-        );
+        says(&help, &["Examples:", "  jointwatch "]);
     }
 }
 
@@ -119,10 +110,7 @@ fn a_log_comes_through_a_pipe() {
 fn a_model_and_a_draft_go_into_a_pipe() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
-    succeed(
-        here,
-        &["simulate", "--out", "rig", "--axes", "1", "--duration", "2"],
-    );
+    succeed(here, "simulate --out rig --axes 1 --duration 2");
     let learn = ["identify", "rig", "--model", "physical", "--quiet", "-o"];
     let piped = succeed(here, &[&learn[..], &["-"]].concat());
     succeed(here, &[&learn[..], &["model.json"]].concat());

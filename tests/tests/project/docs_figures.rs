@@ -4,8 +4,7 @@
 //! The logs are public and not part of the project. Where they are absent, each test says so and
 //! what to set.
 
-use jointwatch_tests::program::{measurements, study_with_logs, succeed, workspace};
-use serde_json::Value;
+use jointwatch_tests::program::{json, measurements, study_with_logs, succeed, workspace};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -52,39 +51,21 @@ fn study(data: &Path, study: &str, logs: &[&str]) -> TempDir {
     study_with_logs(data, logs, &text)
 }
 
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let text = succeed(folder, &[arguments, &["--json", "-"]].concat());
-    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"))
-}
-
 fn identify(folder: &Path, kind: &str, file: &str) {
-    succeed(
-        folder,
-        &["identify", "study.toml", "--model", kind, "-o", file],
-    );
+    let identify = format!("identify study.toml --model {kind} -o {file}");
+    succeed(folder, &identify);
 }
 
 /// Verification and validation NMSE, percent.
 fn nmse(folder: &Path, model: &str) -> [f64; 2] {
-    let said = json(folder, &["compare", "study.toml", model]);
+    let said = json(folder, &format!("compare study.toml {model}"));
     ["verification", "validation"].map(|role| said[role][0]["nmse_percent"].as_f64().unwrap())
 }
 
 /// Verification before and after, validation before and after an effect was added to the base.
 fn before_and_after(folder: &Path, effect: &str) -> [f64; 4] {
-    let effect = format!("{effect}@x");
-    succeed(
-        folder,
-        &[
-            "add",
-            "study.toml",
-            "base.json",
-            &effect,
-            "--force",
-            "-o",
-            "model.json",
-        ],
-    );
+    let add = format!("add study.toml base.json {effect}@x --force -o model.json");
+    succeed(folder, &add);
     let ([v0, w0], [v1, w1]) = (nmse(folder, "base.json"), nmse(folder, "model.json"));
     [v0, v1, w0, w1]
 }

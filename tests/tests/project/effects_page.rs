@@ -1,8 +1,7 @@
 //! What the program says of its effects, and the page of the docs that is made of it.
 
 use jointwatch_shared::effect::EFFECTS;
-use jointwatch_tests::program::{fail, run, succeed, workspace};
-use serde_json::Value;
+use jointwatch_tests::program::{fail, json, run, succeed, workspace};
 use std::fs;
 
 #[test]
@@ -18,9 +17,8 @@ fn the_page_of_the_docs_is_what_the_program_writes() {
 #[test]
 fn the_list_and_each_page_hold_what_the_table_says() {
     let list = succeed(workspace(), &["effects"]);
-    let json = succeed(workspace(), &["effects", "--json", "-"]);
-    let json: Value = serde_json::from_str(&json).unwrap();
-    let listed = json["effects"].as_array().unwrap();
+    let said = json(workspace(), "effects");
+    let listed = said["effects"].as_array().unwrap();
     assert_eq!(listed.len(), EFFECTS.len());
     for (entry, listed) in EFFECTS.iter().zip(listed) {
         let about = &entry.about;

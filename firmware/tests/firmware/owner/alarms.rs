@@ -1,6 +1,6 @@
 //! Alarms are kept through restarts and uploads until the owner acknowledges them.
 
-use super::{answer, hello, proven, release, run, upload};
+use super::{answer, hello, ordered, proven, release, run, uploaded};
 use crate::bench::{Bench, RATE_HZ};
 use crate::signing;
 use jointwatch_shared::chain::RawSample;
@@ -8,7 +8,7 @@ use jointwatch_shared::monitor::State;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::wire::slot::Order;
 use jointwatch_shared::wire::telemetry::{
-    Alarm, Answered, KeptAlarm, Report, Request, Status, Upkeep, UploadReply,
+    Alarm, Answered, KeptAlarm, Report, Request, Status, Upkeep,
 };
 
 fn alarms(bench: &mut Bench) -> (Vec<Alarm>, Vec<Status>) {
@@ -88,8 +88,7 @@ fn an_alarm_outlasts_restarts_and_an_upload_until_it_is_acknowledged() {
     // Nor does the upload that erases the slot whose journal holds it.
     let mut bench = bench.restart();
     let second = release(2, reference_network());
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
-    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
+    uploaded(&mut bench, &second);
     let mut bench = bench.restart();
     assert_eq!(upkeep(&mut bench).alarm, Some(kept));
     let number = hello(&mut bench).access.number;
@@ -143,8 +142,8 @@ fn an_alarm_that_cannot_be_written_is_written_an_hour_later() {
 fn an_alarm_stands_until_its_owner_acknowledges_it() {
     let mut bench = proven();
     let number = hello(&mut bench).access.number;
-    let acknowledge = signing::order(0, Order::Acknowledge, number);
-    assert_eq!(answer(&mut bench, &acknowledge), Answered::Nothing);
+    let nothing = ordered(&mut bench, Order::Acknowledge);
+    assert_eq!(nothing, Answered::Nothing);
     let at = until_alarm(&mut bench);
     let raised = hello(&mut bench);
     assert!(raised.access.development_key);

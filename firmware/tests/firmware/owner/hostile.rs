@@ -1,7 +1,7 @@
 //! A million requests of somebody who has no key.
 
 use super::alarms::{until_alarm, upkeep};
-use super::{answer, hello, proven, release, run, upload};
+use super::{hello, ordered, proven, release, run, uploaded};
 use crate::bench::Bench;
 use crate::signing;
 use jointwatch_shared::chain::RawSample;
@@ -9,9 +9,7 @@ use jointwatch_shared::selftest::Points;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::wire::bytes::Bytes;
 use jointwatch_shared::wire::slot::{Header, Order};
-use jointwatch_shared::wire::telemetry::{
-    Answered, Report, Request, Signature, UploadReply, UploadRequest,
-};
+use jointwatch_shared::wire::telemetry::{Answered, Report, Request, Signature, UploadRequest};
 
 const REQUESTS: u32 = 1_000_000;
 /// One in so many has a signature, which takes the time of its check.
@@ -93,14 +91,12 @@ fn a_million_requests_without_a_key_erase_nothing_hide_no_alarm_and_stop_no_uplo
         "{alarms} of {statuses}"
     );
     assert_eq!(hello(&mut bench).access.erasures, erasures);
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
-    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
+    uploaded(&mut bench, &second);
     // The alarm is kept until its owner takes it back.
     let mut bench = bench.restart();
     run(&mut bench, 11);
     assert!(upkeep(&mut bench).alarm.is_some());
-    let number = hello(&mut bench).access.number;
-    let right = signing::order(0, Order::Acknowledge, number);
-    assert_eq!(answer(&mut bench, &right), Answered::Done);
+    let acknowledged = ordered(&mut bench, Order::Acknowledge);
+    assert_eq!(acknowledged, Answered::Done);
     assert_eq!(upkeep(&mut bench).alarm, None);
 }

@@ -26,6 +26,16 @@ fn release(number: u32, model: &Model) -> Slot {
     sealed_as(number, model, &rig_block::encode(&rig).unwrap())
 }
 
+/// A device that finds release 1 in its flash with its bytes changed so.
+fn found(change: impl FnOnce(&mut [u8])) -> Bench {
+    let mut slot = release(1, reference_model());
+    let Slot::Bytes(bytes) = &mut slot else {
+        panic!("it has bytes")
+    };
+    change(bytes);
+    Bench::start([slot, Slot::Empty])
+}
+
 /// A device that runs release 1, which has proven itself.
 fn proven() -> Bench {
     let mut bench = Bench::start([release(1, reference_model()), Slot::Empty]);
@@ -78,19 +88,49 @@ fn begin(bench: &mut Bench, header: Header, signature: Signature) -> UploadReply
     step(bench, UploadRequest::Begin { header, signature })
 }
 
-/// A whole upload; its last reply.
-fn upload(bench: &mut Bench, slot: &Slot, signature: Signature) -> UploadReply {
-    let mut reply = begin(bench, slot.header(), signature);
+/// The begin of an upload under its own signature.
+fn offer(bench: &mut Bench, slot: &Slot) -> UploadReply {
+    begin(bench, slot.header(), slot.signature().unwrap())
+}
+
+/// All chunks of a slot after this reply to its begin; the last reply.
+fn chunks(bench: &mut Bench, slot: &Slot, mut reply: UploadReply) -> UploadReply {
     for (piece, offset) in content(slot).chunks(128).zip((0..).step_by(128)) {
-        if let UploadReply::Accepted { .. } = reply {
-            let data = piece.try_into().expect("at most 128");
-            reply = step(bench, UploadRequest::Chunk { offset, data });
-        }
+        assert!(matches!(reply, UploadReply::Accepted { .. }), "{reply:?}");
+        let data = piece.try_into().expect("at most 128");
+        reply = step(bench, UploadRequest::Chunk { offset, data });
+    }
+    reply
+}
+
+/// A whole upload; its last reply.
+fn upload(bench: &mut Bench, slot: &Slot) -> UploadReply {
+    let mut reply = offer(bench, slot);
+    if let UploadReply::Accepted { .. } = reply {
+        reply = chunks(bench, slot, reply);
     }
     match reply {
         UploadReply::Accepted { .. } => step(bench, UploadRequest::Finish),
         refused => refused,
     }
+}
+
+/// A whole upload that ends with the new model.
+fn uploaded(bench: &mut Bench, slot: &Slot) {
+    let reply = upload(bench, slot);
+    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
+}
+
+/// Eight bytes of an upload.
+fn chunk(offset: u32) -> UploadRequest {
+    let data = heapless::Vec::from_slice(&[0; 8]).unwrap();
+    UploadRequest::Chunk { offset, data }
+}
+
+/// The answer to an order of the owner.
+fn ordered(bench: &mut Bench, order: Order) -> Answered {
+    let number = hello(bench).access.number;
+    answer(bench, &signing::order(0, order, number))
 }
 
 fn refused(why: Refusal) -> UploadReply {
@@ -101,8 +141,7 @@ fn refused(why: Refusal) -> UploadReply {
 fn two_proven() -> Bench {
     let mut bench = proven();
     let second = release(2, reference_network());
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
-    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
+    uploaded(&mut bench, &second);
     let mut bench = bench.restart();
     run(&mut bench, 11);
     let kept = Event::ModelConfirmed { slot: Place::B };
@@ -157,11 +196,7 @@ fn what_nobody_signed_erases_nothing() {
         let reply = begin(&mut bench, forged, genuine);
         assert_eq!(reply, refused(Refusal::Signature));
     }
-    let chunk = UploadRequest::Chunk {
-        offset: 0,
-        data: heapless::Vec::from_slice(&[0; 8]).unwrap(),
-    };
-    assert_eq!(step(&mut bench, chunk), refused(Refusal::NotBegun));
+    assert_eq!(step(&mut bench, chunk(0)), refused(Refusal::NotBegun));
     assert!(bench.into_flash() == before, "the flash was touched");
 }
 
@@ -295,7 +330,7 @@ fn a_model_that_was_taken_back_comes_never_again() {
     assert_eq!(answer(&mut bench, &back), Answered::Done);
     // The other slot holds the only model now.
     let third = release(3, reference_network());
-    let reply = upload(&mut bench, &third, third.signature().unwrap());
+    let reply = upload(&mut bench, &third);
     assert_eq!(reply, refused(Refusal::Busy));
     run(&mut bench, 1);
     assert!(bench.watch.restart_now());
@@ -307,18 +342,17 @@ fn a_model_that_was_taken_back_comes_never_again() {
     let back = signing::order(0, Order::RollBack, number + 1);
     assert_eq!(answer(&mut bench, &back), Answered::Nothing);
     let second = release(2, reference_network());
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
+    let reply = upload(&mut bench, &second);
     assert_eq!(reply, refused(Refusal::NotNewer { newest: 2 }));
     // Not even when its slot was erased meanwhile, and the device restarted.
     assert!(matches!(
-        begin(&mut bench, third.header(), third.signature().unwrap()),
+        offer(&mut bench, &third),
         UploadReply::Accepted { .. }
     ));
     let mut bench = bench.restart();
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
+    let reply = upload(&mut bench, &second);
     assert_eq!(reply, refused(Refusal::NotNewer { newest: 2 }));
-    let reply = upload(&mut bench, &third, third.signature().unwrap());
-    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
+    uploaded(&mut bench, &third);
 }
 
 #[test]
@@ -344,7 +378,7 @@ fn a_revoked_key_opens_nothing_and_the_last_one_cannot_be_revoked() {
     }
     // An erasure does not bring it back.
     assert!(matches!(
-        begin(&mut bench, third.header(), third.signature().unwrap()),
+        offer(&mut bench, &third),
         UploadReply::Accepted { .. }
     ));
     let mut bench = bench.restart();
@@ -360,12 +394,8 @@ fn content_that_is_not_what_was_signed_neither_runs_nor_is_sealed() {
     let mut header = third.header();
     header.digest = Bytes::new([0x5A; 32]);
     let signature = signing::signature(&header);
-    let mut reply = begin(&mut bench, header, signature);
-    for (piece, offset) in content(&third).chunks(128).zip((0..).step_by(128)) {
-        assert!(matches!(reply, UploadReply::Accepted { .. }), "{reply:?}");
-        let data = piece.try_into().expect("at most 128");
-        reply = step(&mut bench, UploadRequest::Chunk { offset, data });
-    }
+    let reply = begin(&mut bench, header, signature);
+    chunks(&mut bench, &third, reply);
     let reply = step(&mut bench, UploadRequest::Finish);
     assert!(matches!(
         reply,
@@ -374,13 +404,8 @@ fn content_that_is_not_what_was_signed_neither_runs_nor_is_sealed() {
     assert!(bench.restart().evaluates());
 
     // The same in flash: a rig block without limits where one with limits was signed.
-    let mut slot = release(1, reference_model());
-    let Slot::Bytes(bytes) = &mut slot else {
-        panic!("it has bytes")
-    };
     let other = rig_block::encode(&reference_rig(reference_model(), None)).unwrap();
-    bytes[RIG_OFFSET..][..other.len()].copy_from_slice(&other);
-    let mut bench = Bench::start([slot, Slot::Empty]);
+    let mut bench = found(|bytes| bytes[RIG_OFFSET..][..other.len()].copy_from_slice(&other));
     let said = bench.reports();
     assert!(!bench.evaluates());
     let refused = Event::ModelRefused {
@@ -396,32 +421,24 @@ fn content_that_is_not_what_was_signed_neither_runs_nor_is_sealed() {
 fn there_is_no_going_back_to_a_model_that_has_not_run() {
     let mut bench = proven();
     let second = release(2, reference_network());
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
-    assert!(matches!(reply, UploadReply::Activated { .. }), "{reply:?}");
-    let number = hello(&mut bench).access.number;
-    let back = signing::order(0, Order::RollBack, number);
-    assert_eq!(answer(&mut bench, &back), Answered::Nothing);
+    uploaded(&mut bench, &second);
+    let back = ordered(&mut bench, Order::RollBack);
+    assert_eq!(back, Answered::Nothing);
 }
 
 #[test]
 fn a_chunk_that_does_not_follow_the_one_before_it_or_the_header_is_refused() {
     let mut bench = proven();
     let second = release(2, reference_network());
-    let data = heapless::Vec::from_slice(&[0; 8]).unwrap();
-    let signature = second.signature().unwrap();
-    assert_eq!(
-        begin(&mut bench, second.header(), signature),
-        UploadReply::Accepted { next: 0 }
-    );
+    let reply = offer(&mut bench, &second);
+    assert_eq!(reply, UploadReply::Accepted { next: 0 });
     let length = content(&second).len() as u32;
     for (offset, why) in [
         (16, Refusal::WrongOffset { next: 0 }),
         (length - 8, Refusal::WrongOffset { next: 0 }),
         (length - 4, Refusal::BeyondEnd),
     ] {
-        let data = data.clone();
-        let reply = step(&mut bench, UploadRequest::Chunk { offset, data });
-        assert_eq!(reply, refused(why));
+        assert_eq!(step(&mut bench, chunk(offset)), refused(why));
     }
 }
 
@@ -429,30 +446,28 @@ fn a_chunk_that_does_not_follow_the_one_before_it_or_the_header_is_refused() {
 fn a_begin_that_is_refused_leaves_the_upload_under_way_alone() {
     let mut bench = proven();
     let second = release(2, reference_network());
-    let reply = begin(&mut bench, second.header(), second.signature().unwrap());
+    let reply = offer(&mut bench, &second);
     assert_eq!(reply, UploadReply::Accepted { next: 0 });
     let nobodys = UploadRequest::Begin {
         header: release(3, reference_model()).header(),
         signature: None,
     };
     assert_eq!(step(&mut bench, nobodys), refused(Refusal::Unsigned));
-    let chunk = UploadRequest::Chunk {
-        offset: 0,
-        data: heapless::Vec::from_slice(&[0; 8]).unwrap(),
-    };
-    assert_eq!(step(&mut bench, chunk), UploadReply::Accepted { next: 8 });
+    assert_eq!(
+        step(&mut bench, chunk(0)),
+        UploadReply::Accepted { next: 8 }
+    );
 }
 
 #[test]
 fn a_model_that_was_taken_back_on_trial_comes_never_again() {
     let mut bench = proven();
     let second = release(2, reference_network());
-    upload(&mut bench, &second, second.signature().unwrap());
+    upload(&mut bench, &second);
     let mut bench = bench.restart();
-    let number = hello(&mut bench).access.number;
-    let back = signing::order(0, Order::RollBack, number);
-    assert_eq!(answer(&mut bench, &back), Answered::Done);
+    let back = ordered(&mut bench, Order::RollBack);
+    assert_eq!(back, Answered::Done);
     let mut bench = bench.restart();
-    let reply = upload(&mut bench, &second, second.signature().unwrap());
+    let reply = upload(&mut bench, &second);
     assert_eq!(reply, refused(Refusal::NotNewer { newest: 2 }));
 }

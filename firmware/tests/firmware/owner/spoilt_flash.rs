@@ -2,9 +2,9 @@
 //! be written is said to hold.
 
 use super::{
-    answer, begin, hello, proven, refused, release, run, signing, step, two_proven, upload,
+    chunks, found, hello, offer, ordered, proven, refused, release, run, step, two_proven, upload,
 };
-use crate::bench::{Bench, Flash, Slot, content};
+use crate::bench::Flash;
 use jointwatch_firmware::store::ERASURES_PER_LIFE;
 use jointwatch_shared::selftest::network::reference_network;
 use jointwatch_shared::selftest::reference_model;
@@ -16,19 +16,16 @@ use jointwatch_shared::wire::telemetry::{
 #[test]
 fn a_flash_at_the_end_of_its_life_is_not_erased() {
     for (erasures, taken) in [(ERASURES_PER_LIFE - 1, true), (ERASURES_PER_LIFE, false)] {
-        let mut slot = release(1, reference_model());
-        let Slot::Bytes(bytes) = &mut slot else {
-            panic!("it has bytes")
-        };
         let entry = Entry {
             number: 9,
             erasures,
             ..Entry::default()
         };
-        bytes[JOURNAL_OFFSET..][..ENTRY_LEN].copy_from_slice(&entry.encode());
-        let mut bench = Bench::start([slot, Slot::Empty]);
+        let mut bench = found(|bytes| {
+            bytes[JOURNAL_OFFSET..][..ENTRY_LEN].copy_from_slice(&entry.encode());
+        });
         let third = release(3, reference_model());
-        let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+        let reply = offer(&mut bench, &third);
         if taken {
             assert_eq!(reply, UploadReply::Accepted { next: 0 });
         } else {
@@ -39,54 +36,36 @@ fn a_flash_at_the_end_of_its_life_is_not_erased() {
 
 #[test]
 fn a_place_of_the_journal_that_lost_power_is_passed_over() {
-    let mut slot = release(1, reference_model());
-    let Slot::Bytes(bytes) = &mut slot else {
-        panic!("it has bytes")
-    };
-    bytes[JOURNAL_OFFSET..][..ENTRY_LEN].fill(0xF0);
-    let mut bench = Bench::start([slot, Slot::Empty]);
+    let mut bench = found(|bytes| bytes[JOURNAL_OFFSET..][..ENTRY_LEN].fill(0xF0));
     let third = release(3, reference_model());
-    let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+    let reply = offer(&mut bench, &third);
     assert_eq!(reply, UploadReply::Accepted { next: 0 });
     assert_eq!(hello(&mut bench.restart()).access.erasures, 1);
 }
 
 #[test]
 fn a_full_journal_refuses_what_it_cannot_remember() {
-    let mut slot = release(1, reference_model());
-    let Slot::Bytes(bytes) = &mut slot else {
-        panic!("it has bytes")
-    };
     // Every place was once begun and lost power.
-    bytes[JOURNAL_OFFSET..].fill(0xF0);
-    let mut bench = Bench::start([slot, Slot::Empty]);
+    let mut bench = found(|bytes| bytes[JOURNAL_OFFSET..].fill(0xF0));
     assert!(bench.evaluates());
     let third = release(3, reference_model());
-    let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+    let reply = offer(&mut bench, &third);
     assert_eq!(reply, refused(Refusal::Worn));
 }
 
 #[test]
 fn orders_that_fill_both_journals_leave_room_for_the_upload_that_makes_some() {
     let mut bench = proven();
-    let mut number = hello(&mut bench).access.number;
-    let mut order = |bench: &mut Bench| {
-        let request = signing::order(0, Order::Restart, number);
-        let answered = answer(bench, &request);
-        number = hello(bench).access.number;
-        answered
-    };
     let carried_out = (0..5000)
-        .take_while(|_| order(&mut bench) == Answered::Done)
+        .take_while(|_| ordered(&mut bench, Order::Restart) == Answered::Done)
         .count();
     // A journal has 200 places on this flash.
     assert_eq!(carried_out, 200 + 100);
     let second = release(2, reference_network());
-    let reply = begin(&mut bench, second.header(), second.signature().unwrap());
+    let reply = offer(&mut bench, &second);
     assert_eq!(reply, UploadReply::Accepted { next: 0 });
-    number = hello(&mut bench).access.number;
-    let request = signing::order(0, Order::Restart, number);
-    assert_eq!(answer(&mut bench, &request), Answered::Done);
+    let restart = ordered(&mut bench, Order::Restart);
+    assert_eq!(restart, Answered::Done);
 }
 
 #[test]
@@ -99,11 +78,11 @@ fn a_flash_that_takes_nothing_is_told_and_nothing_of_it_counts() {
         let mut bench = two_proven();
         bench.flash(spoil);
         let number = hello(&mut bench).access.number;
-        let restart = signing::order(0, Order::Restart, number);
-        assert_eq!(answer(&mut bench, &restart), Answered::Failed);
+        let restart = ordered(&mut bench, Order::Restart);
+        assert_eq!(restart, Answered::Failed);
         assert!(!bench.watch.restart_now());
         let third = release(3, reference_model());
-        let reply = begin(&mut bench, third.header(), third.signature().unwrap());
+        let reply = offer(&mut bench, &third);
         assert_eq!(reply, refused(Refusal::Flash));
         assert_eq!(hello(&mut bench).access.number, number);
     }
@@ -112,12 +91,8 @@ fn a_flash_that_takes_nothing_is_told_and_nothing_of_it_counts() {
     for deaf in [0..usize::MAX, SEAL_OFFSET..SEAL_OFFSET + 4] {
         let mut bench = two_proven();
         let third = release(3, reference_model());
-        let mut reply = begin(&mut bench, third.header(), third.signature().unwrap());
-        for (piece, offset) in content(&third).chunks(128).zip((0..).step_by(128)) {
-            assert!(matches!(reply, UploadReply::Accepted { .. }), "{reply:?}");
-            let data = piece.try_into().expect("at most 128");
-            reply = step(&mut bench, UploadRequest::Chunk { offset, data });
-        }
+        let reply = offer(&mut bench, &third);
+        chunks(&mut bench, &third, reply);
         bench.flash(|flash| flash.deaf = deaf);
         let reply = step(&mut bench, UploadRequest::Finish);
         assert_eq!(reply, refused(Refusal::Flash));
@@ -128,7 +103,7 @@ fn a_flash_that_takes_nothing_is_told_and_nothing_of_it_counts() {
 fn a_model_whose_proof_cannot_be_marked_is_not_said_to_be_kept() {
     let mut bench = proven();
     let second = release(2, reference_network());
-    upload(&mut bench, &second, second.signature().unwrap());
+    upload(&mut bench, &second);
     let mut bench = bench.restart();
     bench.flash(|flash| flash.deaf = 0..usize::MAX);
     bench.reports();
@@ -141,11 +116,11 @@ fn a_model_whose_proof_cannot_be_marked_is_not_said_to_be_kept() {
 fn a_new_model_whose_start_cannot_be_marked_leaves_the_one_before_it_alone() {
     let mut bench = proven();
     let second = release(2, reference_network());
-    upload(&mut bench, &second, second.signature().unwrap());
+    upload(&mut bench, &second);
     // The mark of its first start does not take: the slot of release 1 must not be erased, nor the
     // trial end in a restart.
     let mut bench = bench.restart_after(|flash| flash.deaf = 0..usize::MAX);
     let third = release(3, reference_network());
-    let reply = upload(&mut bench, &third, third.signature().unwrap());
+    let reply = upload(&mut bench, &third);
     assert_eq!(reply, refused(Refusal::Busy));
 }

@@ -10,6 +10,8 @@ mod study_file;
 use jointwatch::study::Study;
 use jointwatch::text::error::{Error, Kind};
 use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
 use tempfile::TempDir;
 
 const STUDY: &str = r#"name = "bench"
@@ -49,6 +51,29 @@ fn log() -> Vec<String> {
         )
     });
     std::iter::once(HEADING.to_owned()).chain(rows).collect()
+}
+
+/// Runs the program in a folder.
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_jointwatch"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the binary starts")
+}
+
+/// Runs the program in a folder, which it has to refuse with this code, in one sentence with all
+/// `parts` and nothing on standard output.
+fn refusal(folder: &Path, arguments: &[&str], code: i32, parts: &[&str]) {
+    let done = run(folder, arguments);
+    let error = String::from_utf8_lossy(&done.stderr).into_owned();
+    println!("{error}");
+    assert_eq!(done.status.code(), Some(code), "{arguments:?}: {error}");
+    assert!(error.starts_with("jointwatch: ") && error.trim_end().lines().count() == 1);
+    for part in parts {
+        assert!(error.contains(part), "{error:?} lacks {part:?}");
+    }
+    assert!(done.stdout.is_empty(), "{arguments:?} printed something");
 }
 
 fn write(folder: &TempDir, study: &str, one: &str) {

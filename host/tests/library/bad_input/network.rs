@@ -1,36 +1,15 @@
 //! What `identify --model network` refuses: one sentence, an exit code, nothing written.
 
-use super::{HEADING, STUDY, log, write};
-use std::process::Command;
+use super::{HEADING, STUDY, log, refusal, run, write};
 use tempfile::TempDir;
 
-/// Runs `identify` on a study with this first record, and returns what it said when it was refused.
-fn refused(one: &str, arguments: &[&str], exit: i32) -> String {
+/// Runs `identify` on a study with this first record; it must be refused in a sentence of our own.
+fn said(one: &str, arguments: &[&str], exit: i32, parts: &[&str]) {
     let folder = TempDir::new().unwrap();
     write(&folder, STUDY, one);
-    let model = folder.path().join("model.json");
-    let output = Command::new(env!("CARGO_BIN_EXE_jointwatch"))
-        .arg("identify")
-        .arg(folder.path())
-        .args(arguments)
-        .arg("-o")
-        .arg(&model)
-        .output()
-        .expect("the binary starts");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    println!("{error}");
-    assert_eq!(output.status.code(), Some(exit), "{error}");
-    assert!(!model.exists());
-    error
-}
-
-/// The same, in one sentence of our own.
-fn said(one: &str, arguments: &[&str], exit: i32, parts: &[&str]) {
-    let error = refused(one, arguments, exit);
-    assert!(error.starts_with("jointwatch: ") && error.trim_end().lines().count() == 1);
-    for part in parts {
-        assert!(error.contains(part), "{error:?} lacks {part:?}");
-    }
+    let all = [&["identify", ".", "-o", "model.json"], arguments].concat();
+    refusal(folder.path(), &all, exit, parts);
+    assert!(!folder.path().join("model.json").exists());
 }
 
 const NETWORK: [&str; 2] = ["--model", "network"];
@@ -87,7 +66,12 @@ fn options_out_of_range() {
         ["--restarts", "0"],
         ["--seed", "one"],
     ] {
-        let arguments = ["--model", "network", option[0], option[1]];
-        assert!(refused(&good, &arguments, 2).contains(option[0]));
+        let folder = TempDir::new().unwrap();
+        write(&folder, STUDY, &good);
+        let identify = ["identify", ".", "-o", "model.json", "--model", "network"];
+        let done = run(folder.path(), &[&identify[..], &option].concat());
+        assert_eq!(done.status.code(), Some(2));
+        assert!(String::from_utf8_lossy(&done.stderr).contains(option[0]));
+        assert!(!folder.path().join("model.json").exists());
     }
 }

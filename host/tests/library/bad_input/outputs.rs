@@ -1,11 +1,11 @@
 //! Outputs that would write over what a command reads, or that cannot be written: told before
 //! anything is computed, and nothing is touched.
 
-use super::{HEADING, STUDY, write};
+use super::{HEADING, STUDY, refusal, run, write};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 use tempfile::TempDir;
 
 /// A log of a spring with a damper and dry friction that is shaken at two frequencies.
@@ -24,14 +24,6 @@ fn log() -> String {
         .chain(lines)
         .collect::<Vec<_>>()
         .join("\n")
-}
-
-fn run(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_jointwatch"))
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .expect("the binary starts")
 }
 
 /// A folder with a study and a model learnt from it.
@@ -59,15 +51,7 @@ fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 /// anything.
 fn refused(folder: &Path, arguments: &[&str], code: i32, parts: &[&str]) {
     let before = contents(folder);
-    let done = run(folder, arguments);
-    let error = String::from_utf8_lossy(&done.stderr).into_owned();
-    println!("{error}");
-    assert_eq!(done.status.code(), Some(code), "{arguments:?}: {error}");
-    assert!(error.starts_with("jointwatch: ") && error.trim_end().lines().count() == 1);
-    for part in parts {
-        assert!(error.contains(part), "{error:?} lacks {part:?}");
-    }
-    assert!(done.stdout.is_empty(), "{arguments:?} printed something");
+    refusal(folder, arguments, code, parts);
     assert_eq!(before, contents(folder), "{arguments:?} touched a file");
 }
 

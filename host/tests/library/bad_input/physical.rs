@@ -1,8 +1,7 @@
 //! What `identify --model physical` refuses, in one sentence with exit code 3 and nothing written,
 //! and what it warns of.
 
-use super::{HEADING, STUDY, write};
-use std::process::Command;
+use super::{HEADING, STUDY, refusal, run, write};
 use tempfile::TempDir;
 
 /// The study with these base terms.
@@ -10,28 +9,15 @@ fn with_terms(study: &str, terms: &str) -> String {
     format!("{study}\n[base]\nterms = {terms}\n")
 }
 
+const IDENTIFY: [&str; 6] = ["identify", ".", "--model", "physical", "-o", "model.json"];
+
 /// Runs `identify` on a study; it must be refused in one sentence that contains all `parts`.
 fn refused(study: &str, one: &str, parts: &[&str]) {
     let folder = TempDir::new().unwrap();
     write(&folder, study, one);
-    let model = folder.path().join("model.json");
-    let output = Command::new(env!("CARGO_BIN_EXE_jointwatch"))
-        .arg("identify")
-        .arg(folder.path())
-        .args(["--model", "physical", "-o"])
-        .arg(&model)
-        .output()
-        .expect("the binary starts");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    println!("{error}");
-    assert_eq!(output.status.code(), Some(3), "{error}");
-    assert!(error.starts_with("jointwatch: ") && error.trim_end().lines().count() == 1);
-    assert!(output.stdout.is_empty() && !model.exists());
+    refusal(folder.path(), &IDENTIFY, 3, parts);
     let left = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(left, 3, "only the study and its two records");
-    for part in parts {
-        assert!(error.contains(part), "{error:?} lacks {part:?}");
-    }
 }
 
 /// A log of as many rows, one per millisecond, of a body that moves at two frequencies; its force
@@ -118,13 +104,7 @@ fn an_inertia_that_cannot_be() {
         &with_terms(&study, r#"["viscous@x"]"#),
         &log(4000, |a| -1.5 * a),
     );
-    let output = Command::new(env!("CARGO_BIN_EXE_jointwatch"))
-        .arg("identify")
-        .arg(folder.path())
-        .args(["--model", "physical", "-o"])
-        .arg(folder.path().join("model.json"))
-        .output()
-        .expect("the binary starts");
+    let output = run(folder.path(), &IDENTIFY);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert_eq!(output.status.code(), Some(0), "{said}");
     for part in [

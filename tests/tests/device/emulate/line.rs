@@ -3,7 +3,7 @@
 use super::subject::{counters, polynomial, run, same_bits, validation};
 use jointwatch::emulate::bench::Scenario;
 use jointwatch::emulate::size;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, json};
 use jointwatch_tests::story::story;
 use std::path::Path;
 
@@ -66,10 +66,8 @@ fn the_program_says_what_agrees_and_refuses_bad_input_in_a_sentence() {
     let blob = story().join("model.bin");
     let study = story().join("rig/study.toml");
     let [blob, study] = [&blob, &study].map(|path| path.to_str().unwrap());
-    let record = "valid.csv";
-    let arguments = ["emulate", blob, study, "--record", record, "--json", "-"];
-    let said = succeed(folder.path(), &arguments);
-    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let arguments = ["emulate", blob, study, "--record", "valid.csv"];
+    let said = json(folder.path(), &arguments);
     assert_eq!(said["records"][0]["agrees"], true, "{said}");
     assert_eq!(said["records"][0]["comparison"]["different_bits"], 0);
 

@@ -7,12 +7,11 @@ use jointwatch::emulate::joint::LoopedJoint;
 use jointwatch_shared::base::Model;
 use jointwatch_shared::chain::ChainState;
 use jointwatch_shared::monitor::{Cause, Faults, Monitor, MonitorState, State, Verdict};
-use jointwatch_tests::program::{fail, jointwatch, run};
+use jointwatch_tests::program::{fail, run, says};
+use jointwatch_tests::running::Running;
 use jointwatch_tests::story::story;
 use serde_json::Value;
-use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
-use std::process::{Child, ChildStdin, Command, Stdio};
 
 /// Every verdict of each axis over so many seconds of the loop, from power-on, with these changes
 /// of the joint from 15 s on.
@@ -100,74 +99,31 @@ fn a_loop_is_healthy_at_every_seam_and_a_change_is_found_on_its_axis() {
         "",
     ] {
         let sentence = joint.change(wrong).unwrap_err().sentence;
-        assert!(
-            sentence.contains("force@x, force@phi") && sentence.contains("viscous@phi"),
-            "{sentence}"
-        );
+        says(&sentence, &["force@x, force@phi", "viscous@phi"]);
     }
-}
-
-/// A program that is ended with the test.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // Whether it has ended by itself does not matter any more.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-fn start(arguments: &[&str]) -> (Running, ChildStdin, impl Iterator<Item = String> + use<>) {
-    let mut child = Command::new(jointwatch())
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    let lines = BufReader::new(child.stdout.take().unwrap()).lines();
-    let input = child.stdin.take().unwrap();
-    (Running(child), input, lines.map_while(Result::ok))
-}
-
-/// Reads until one fits, and gives it.
-fn until(
-    lines: &mut impl Iterator<Item = String>,
-    what: &str,
-    fits: impl Fn(&str) -> bool,
-) -> String {
-    let mut last = String::new();
-    for line in lines {
-        if fits(&line) {
-            return line;
-        }
-        last = line;
-    }
-    panic!("{what} never came; the last line: {last}");
 }
 
 #[test]
 fn the_demo_without_a_board_goes_from_healthy_to_an_alarm_of_the_right_axis() {
     let [blob, study] = ["model.bin", "rig/study.toml"].map(|file| story().join(file));
     let [blob, study] = [&blob, &study].map(|path| path.to_str().unwrap());
-    let (device, mut words, mut said) = start(&["emulate", blob, study, "--serve", "0"]);
-    let told = until(&mut said, "the address", |line| line.contains("--tcp"));
+    let folder = tempfile::tempdir().unwrap();
+    let emulate = ["emulate", blob, study, "--serve", "0"];
+    let mut device = Running::start(folder.path(), &emulate);
+    let told = device.until("the address", |line| line.contains("--tcp"));
     let address = told.split_whitespace().last().unwrap().to_string();
     assert!(address.starts_with("127.0.0.1:"), "{address}");
 
-    let folder = tempfile::tempdir().unwrap();
     let recorded = folder.path().join("frames.bin");
     let record = recorded.to_str().unwrap();
     let monitor = [
         "monitor", "--tcp", &address, "--stream", "4", "--json", "-", "--record", record,
     ];
-    let (listener, _input, mut lines) = start(&monitor);
-    let hello = until(&mut lines, "an introduction", |line| {
-        line.contains("\"hello\"")
-    });
+    let mut listener = Running::start(folder.path(), &monitor);
+    let hello = listener.until("an introduction", |line| line.contains("\"hello\""));
     let hello: Value = serde_json::from_str(&hello).unwrap();
     assert_eq!(hello["model"]["axes"][1]["name"], "phi");
-    until(&mut lines, "samples", |line| line.contains("\"measured\""));
+    listener.until("samples", |line| line.contains("\"measured\""));
     let axes = |line: &str| -> Option<Vec<[u64; 2]>> {
         let json: Value = serde_json::from_str(line).ok()?;
         let axes = json["axes"]
@@ -179,22 +135,22 @@ fn the_demo_without_a_board_goes_from_healthy_to_an_alarm_of_the_right_axis() {
             .collect()
     };
     let healthy = u64::from(State::Healthy.tag());
-    let line = until(&mut lines, "a healthy joint", |line| {
+    let line = listener.until("a healthy joint", |line| {
         axes(line).is_some_and(|axes| axes.iter().all(|a| a[0] == healthy))
     });
     println!("{line}");
 
     // Nonsense is answered, and the joint stays as it is.
-    writeln!(words, "break it").unwrap();
-    until(&mut said, "an answer", |line| {
+    device.say("break it");
+    device.until("an answer", |line| {
         line.contains("is no change") && line.contains("force@phi")
     });
-    writeln!(words, "change force@phi*0.5").unwrap();
-    until(&mut said, "the change", |line| {
+    device.say("change force@phi*0.5");
+    device.until("the change", |line| {
         line.contains("the joint changed: force@phi*0.5")
     });
     let alarm = u64::from(State::Alarm.tag());
-    let line = until(&mut lines, "an alarm", |line| {
+    let line = listener.until("an alarm", |line| {
         axes(line).is_some_and(|axes| axes.iter().any(|a| a[0] == alarm))
     });
     println!("{line}");
@@ -209,14 +165,14 @@ fn the_demo_without_a_board_goes_from_healthy_to_an_alarm_of_the_right_axis() {
     ];
     assert!(x[0] != alarm && phi[0] == alarm, "{line}");
     assert!(less.iter().any(|c| u64::from(c.tag()) == phi[1]), "{line}");
-    writeln!(words, "restore").unwrap();
-    until(&mut said, "the old joint", |line| {
+    device.say("restore");
+    device.until("the old joint", |line| {
         line.contains("the joint is what it was")
     });
 
-    writeln!(words, "quit").unwrap();
-    until(&mut said, "the end", |line| line.contains("switched off"));
-    let end = until(&mut lines, "the count", |line| line.contains("\"end\""));
+    device.say("quit");
+    device.until("the end", |line| line.contains("switched off"));
+    let end = listener.until("the count", |line| line.contains("\"end\""));
     let end: Value = serde_json::from_str(&end).unwrap();
     assert_eq!(
         (&end["lost"], &end["damaged"]),

@@ -1,8 +1,7 @@
 //! Columns that the study does not name.
 
-use super::{LINE, identify, record, run, study, written};
-use jointwatch_tests::program::{fail, succeed};
-use serde_json::Value;
+use super::{DIAGNOSE, LINE, identify, record, study, written};
+use jointwatch_tests::program::{fail, read_json, says, succeed};
 use std::fs;
 use std::path::Path;
 
@@ -27,25 +26,19 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
     with_more_columns(folder);
     study(folder, "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"", "");
     identify(folder);
-    let diagnose = ["diagnose", "study.toml", "model.json", "--apply"];
-    let written = ["-o", "added.json", "--json", "verdict.json"];
-    let said = succeed(folder, &[diagnose.as_slice(), &written].concat());
-    assert!(
-        said.contains("the column \"U [V]\"") && said.contains("[[input]]"),
-        "{said}"
-    );
-    let read = |file: &str| -> Value {
-        serde_json::from_str(&fs::read_to_string(folder.join(file)).unwrap()).unwrap()
-    };
-    let verdict = read("verdict.json");
+    let said = succeed(folder, DIAGNOSE);
+    says(&said, &["the column \"U [V]\"", "[[input]]"]);
+    let verdict = read_json(folder.join("verdict.json"));
     assert_eq!(verdict["verdict"], "effect", "{verdict}");
     assert_eq!(verdict["found"].as_array().unwrap().len(), 1, "{verdict}");
     assert_eq!(verdict["found"][0]["effect"], "coulomb*U~20ms", "{verdict}");
     assert!(!verdict.to_string().contains("F2"), "{verdict}");
 
     // The model knows its column again on a study that does not name it.
-    run(folder, "compare study.toml added.json --json compared.json");
-    let error = &read("compared.json")["records"][1]["axes"]["x"]["relative_error"];
+    let compare = "compare study.toml added.json --json compared.json";
+    succeed(folder, compare);
+    let error =
+        &read_json(folder.join("compared.json"))["records"][1]["axes"]["x"]["relative_error"];
     let said = verdict["staircase"]["steps"][1]["relative_error"]["x"]
         .as_f64()
         .unwrap();
@@ -54,16 +47,9 @@ fn a_column_that_the_study_does_not_name_is_taken_as_an_input() {
         "{error} {said}"
     );
     // It can be added by hand as well, and a column that is nowhere is told.
-    run(folder, "add study.toml model.json coulomb*U~20ms@x");
-    let sentence = fail(
-        folder,
-        &["add", "study.toml", "model.json", "coulomb*W@x"],
-        3,
-    );
-    assert!(
-        sentence.contains("\"W\"") && sentence.contains("[[input]]"),
-        "{sentence}"
-    );
+    succeed(folder, "add study.toml model.json coulomb*U~20ms@x");
+    let sentence = fail(folder, "add study.toml model.json coulomb*W@x", 3);
+    says(&sentence, &["\"W\"", "[[input]]"]);
 }
 
 #[test]
@@ -93,7 +79,7 @@ fn a_column_that_only_tells_the_records_apart_is_no_input() {
     let more = "[[record]]\nfile = \"more.csv\"\nrole = \"train\"\n[base]";
     fs::write(folder.join("study.toml"), text.replace("[base]", more)).unwrap();
     identify(folder);
-    let said = run(folder, "diagnose study.toml model.json");
+    let said = succeed(folder, "diagnose study.toml model.json");
     assert!(
         !said.contains("the column") && said.contains("Missing: coulomb@x. Instrument:"),
         "{said}"

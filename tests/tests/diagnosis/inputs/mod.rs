@@ -4,7 +4,9 @@ mod columns;
 mod standing;
 
 use jointwatch_shared::wire::rig_block::decode;
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{fail, json, read_json, says, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -47,12 +49,8 @@ fn record(seed: f64, standing: Option<f64>, [per_volt, per_square]: [f64; 2]) ->
 }
 
 fn study(folder: &Path, terms: &str, input: &str) {
-    let text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n{input}\n\
-         [[record]]\nfile = \"one.csv\"\nrole = \"train\"\n[[record]]\nfile = \"two.csv\"\nrole = \"validate\"\n\
-         [base]\nterms = [{terms}]\n"
-    );
-    fs::write(folder.join("study.toml"), text).unwrap();
+    let head = [HEAD, input].concat();
+    write_study(folder, &head, &["one.csv", "two.csv"], 1, terms);
 }
 
 const VOLTAGE: &str = "[[input]]\nname = \"voltage\"\ncolumn = \"U\"\nunit = \"V\"\n";
@@ -66,20 +64,17 @@ fn written(standing: Option<f64>, follows: [f64; 2]) -> tempfile::TempDir {
     folder
 }
 
-/// What the program says to a command, whose words have one space between them.
-fn run(folder: &Path, command: &str) -> String {
-    succeed(folder, &command.split(' ').collect::<Vec<_>>())
-}
-
 /// What `identify` says about a physical model.
 fn identified(folder: &Path) -> String {
-    run(folder, "identify study.toml --model physical -o model.json")
+    succeed(folder, "identify study.toml --model physical -o model.json")
 }
 
 fn identify(folder: &Path) -> Value {
     identified(folder);
-    serde_json::from_str(&fs::read_to_string(folder.join("model.json")).unwrap()).unwrap()
+    read_json(folder.join("model.json"))
 }
+
+const DIAGNOSE: &str = "diagnose study.toml model.json --apply -o added.json --json verdict.json";
 
 /// The verdict on a joint whose friction is known and whose voltage is not, and the model with all
 /// that it names, which explains the force.
@@ -87,24 +82,12 @@ fn explained(folder: &Path) -> (Value, Value) {
     let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
     study(folder, base, VOLTAGE);
     identify(folder);
-    run(
-        folder,
-        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
-    );
-    let read = |name: &str| -> Value {
-        serde_json::from_str(&fs::read_to_string(folder.join(name)).unwrap()).unwrap()
-    };
-    let verdict = read("verdict.json");
+    succeed(folder, DIAGNOSE);
+    let verdict = read_json(folder.join("verdict.json"));
     assert_eq!(verdict["verdict"], "effect", "{verdict}");
     let after = verdict["relative_error_after"]["x"].as_f64().unwrap();
     assert!(after < 0.01, "{verdict}");
-    (verdict, read("added.json"))
-}
-
-fn value(model: &Value, effect: &str) -> f64 {
-    let effects = model["effects"].as_array().unwrap();
-    let effect = effects.iter().find(|e| e["effect"] == effect).unwrap();
-    effect["parameters"][0]["value"].as_f64().unwrap()
+    (verdict, read_json(folder.join("added.json")))
 }
 
 #[test]
@@ -166,7 +149,7 @@ fn exported() -> tempfile::TempDir {
         VOLTAGE,
     );
     identify(at);
-    run(at, "export model.json -o model.bin");
+    succeed(at, "export model.json -o model.bin");
     folder
 }
 
@@ -174,18 +157,14 @@ fn exported() -> tempfile::TempDir {
 fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
     let folder = exported();
     let at = folder.path();
-    let inspected = run(at, "inspect model.bin");
+    let inspected = succeed(at, "inspect model.bin");
     assert!(inspected.contains("coulomb*voltage~20ms@x"), "{inspected}");
-    let json = |arguments: &[&str]| -> Value {
-        let said = succeed(at, &[arguments, &["--quiet", "--json", "-"]].concat());
-        serde_json::from_str(&said).unwrap()
-    };
     // The device's arithmetic misses as little as the model itself.
     let error = |replayed: &Value| {
         let record = &replayed["records"][1];
         record["axes"]["x"]["relative_error"].as_f64().unwrap()
     };
-    let replayed = json(&["replay", "model.bin", "study.toml"]);
+    let replayed = json(at, "replay model.bin study.toml --quiet");
     assert!(error(&replayed) < 0.01, "{replayed}");
     // And with a voltage that stands still it would not.
     let text = fs::read_to_string(at.join("study.toml")).unwrap();
@@ -194,19 +173,16 @@ fn a_force_that_follows_a_voltage_runs_on_the_device_with_the_hosts_bits() {
         "column = \"U\"\nscale = 1e-9\noffset = 1.0",
     );
     fs::write(at.join("still.toml"), still).unwrap();
-    let replayed = json(&["replay", "model.bin", "still.toml"]);
+    let replayed = json(at, "replay model.bin still.toml --quiet");
     assert!(error(&replayed) > 0.05, "{replayed}");
 
     // A study without it is refused, by name.
     fs::write(at.join("none.toml"), text.replace(VOLTAGE, "")).unwrap();
     let sentence = fail(at, &["replay", "model.bin", "none.toml"], 3);
-    assert!(
-        sentence.contains("voltage") && sentence.contains("[[input]]"),
-        "{sentence}"
-    );
+    says(&sentence, &["voltage", "[[input]]"]);
 
     // The firmware, its converter fed with force and voltage.
-    let emulated = json(&["emulate", "model.bin", "study.toml"]);
+    let emulated = json(at, "emulate model.bin study.toml --quiet");
     for record in emulated["records"].as_array().unwrap() {
         assert_eq!(record["agrees"], true, "{record}");
         let outputs = record["comparison"]["outputs"].as_u64();
@@ -231,16 +207,8 @@ fn a_friction_that_goes_with_the_square_of_a_voltage_is_found_and_exported() {
     assert!(near(square, PER_VOLT), "{model}");
     let unit = &model["effects"][4]["parameters"][0]["unit"];
     assert_eq!(unit, "N per voltage^2", "{model}");
-    run(at, "export model.json -o model.bin");
-    let replay = [
-        "replay",
-        "model.bin",
-        "study.toml",
-        "--quiet",
-        "--json",
-        "-",
-    ];
-    let replayed: Value = serde_json::from_str(&succeed(at, &replay)).unwrap();
+    succeed(at, "export model.json -o model.bin");
+    let replayed = json(at, "replay model.bin study.toml --quiet");
     let error = &replayed["records"][1]["axes"]["x"]["relative_error"];
     assert!(error.as_f64().unwrap() < 0.01, "{replayed}");
 }
@@ -273,9 +241,7 @@ fn the_description_of_a_rig_states_where_the_input_is_wired() {
     // A record's channels belong to one instant.
     with(input);
     succeed(at, &export);
-    let replay = ["replay", "model.bin", "study.toml", "--rig", "rig.bin"];
-    let said = succeed(at, &[&replay[..], &["--quiet", "--json", "-"]].concat());
-    let said: Value = serde_json::from_str(&said).unwrap();
+    let said = json(at, "replay model.bin study.toml --rig rig.bin --quiet");
     let error = said["records"][1]["axes"]["x"]["relative_error"].as_f64();
     assert!(error.unwrap() < 0.02, "{said}");
 
@@ -349,19 +315,10 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
         study(folder, terms, input);
         let sentence = fail(
             folder,
-            &[
-                "identify",
-                "study.toml",
-                "--model",
-                "physical",
-                "-o",
-                "model.json",
-            ],
+            "identify study.toml --model physical -o model.json",
             3,
         );
-        for word in words {
-            assert!(sentence.contains(word), "{word}: {sentence}");
-        }
+        says(&sentence, words);
     };
     let base = "\"stiffness@x\", \"viscous@x\"";
     refused(
@@ -394,11 +351,8 @@ fn an_input_that_is_wrong_is_told_in_a_sentence() {
     // One that never changes is told, and nothing is made of it.
     study(folder, base, VOLTAGE);
     let said = identified(folder);
-    assert!(
-        said.contains("voltage") && said.contains("same in all rows"),
-        "{said}"
-    );
-    run(folder, "diagnose study.toml model.json --json verdict.json");
+    says(&said, &["voltage", "same in all rows"]);
+    succeed(folder, "diagnose study.toml model.json --json verdict.json");
     let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
     assert!(!verdict.contains("*voltage"), "{verdict}");
 }

@@ -1,37 +1,32 @@
 //! Inputs that stand still while a log runs, and differ from one log to the next: runs at a few
 //! currents, or of cold and of warm joints.
 
-use super::{DAMPING, FRICTION, LINE, PER_VOLT, STIFFNESS, VOLTAGE, identify, record, run, value};
+use super::{DAMPING, DIAGNOSE, FRICTION, LINE, PER_VOLT, STIFFNESS, VOLTAGE, identify, record};
+use jointwatch_tests::learnt::value;
+use jointwatch_tests::program::{read_json, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use serde_json::Value;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
 /// Logs at these voltages, of which the first `training` ones are learnt from.
 fn written(volts: &[f64], training: usize, input: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let mut text = format!(
-        "time = \"t\"\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\ninertia = 0\n{input}"
-    );
+    let files = &["0.csv", "1.csv", "2.csv", "3.csv"][..volts.len()];
     for (at, volts) in volts.iter().enumerate() {
-        let role = if at < training { "train" } else { "validate" };
-        write!(text, "[[record]]\nfile = \"{at}.csv\"\nrole = \"{role}\"\n").unwrap();
         let log = record(0.3 + 0.7 * at as f64, Some(*volts), LINE);
-        fs::write(folder.path().join(format!("{at}.csv")), log).unwrap();
+        fs::write(folder.path().join(files[at]), log).unwrap();
     }
-    text += "[base]\nterms = [\"stiffness@x\", \"viscous@x\", \"coulomb@x\"]\n";
-    fs::write(folder.path().join("study.toml"), text).unwrap();
+    let head = [HEAD, input].concat();
+    let base = "\"stiffness@x\", \"viscous@x\", \"coulomb@x\"";
+    write_study(folder.path(), &head, files, training, base);
     folder
 }
 
 fn diagnosed(folder: &Path) -> (Value, Vec<String>) {
     identify(folder);
-    run(
-        folder,
-        "diagnose study.toml model.json --json verdict.json --apply -o added.json",
-    );
-    let verdict = fs::read_to_string(folder.join("verdict.json")).unwrap();
-    let verdict: Value = serde_json::from_str(&verdict).unwrap();
+    succeed(folder, DIAGNOSE);
+    let verdict = read_json(folder.join("verdict.json"));
     let notes = verdict["notes"].as_array().unwrap().iter();
     let notes = notes
         .map(|note| note.as_str().unwrap().to_owned())
@@ -52,8 +47,7 @@ fn a_friction_that_follows_a_voltage_of_each_log_is_found() {
         !notes.iter().any(|n| n.contains("stands still")),
         "{notes:?}"
     );
-    let model = fs::read_to_string(folder.path().join("added.json")).unwrap();
-    let model: Value = serde_json::from_str(&model).unwrap();
+    let model = read_json(folder.path().join("added.json"));
     for (effect, truth) in [
         ("coulomb", FRICTION),
         ("coulomb*voltage", PER_VOLT),
@@ -100,13 +94,13 @@ fn the_draft_of_a_study_shows_how_to_name_a_column_that_is_left() {
     let folder = written(&[0.5, 2.0, 3.0], 3, "");
     let folder = folder.path();
     fs::remove_file(folder.join("study.toml")).unwrap();
-    run(folder, "init 0.csv 1.csv 2.csv --yes");
+    succeed(folder, "init 0.csv 1.csv 2.csv --yes");
     let text = fs::read_to_string(folder.join("study.toml")).unwrap();
     let block = "# [[input]]\n# name = \"U\"\n# column = \"U\"\n";
     assert!(text.contains(block), "{text}");
     let named = text.replace(block, &block.replace("# ", ""));
     fs::write(folder.join("study.toml"), named).unwrap();
     identify(folder);
-    let found = run(folder, "diagnose study.toml model.json");
+    let found = succeed(folder, "diagnose study.toml model.json");
     assert!(found.contains("*U@x"), "{found}");
 }

@@ -6,7 +6,7 @@ mod drafts;
 
 use jointwatch::fit::identify;
 use jointwatch::study::Study;
-use jointwatch_tests::program::{run, succeed};
+use jointwatch_tests::program::{run, says, succeed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -116,10 +116,7 @@ fn a_motor_of_which_only_the_speed_was_logged() {
     let neither = with.replace("velocity = ", "# velocity = ");
     fs::write(&path, neither).unwrap();
     let sentence = Study::read(&path).unwrap_err().sentence;
-    assert!(
-        sentence.contains("needs its displacement, or its velocity"),
-        "{sentence}"
-    );
+    says(&sentence, &["needs its displacement, or its velocity"]);
 }
 
 #[test]
@@ -238,10 +235,7 @@ fn of_two_positions_the_body_is_the_one_that_its_accelerometer_follows() {
     });
     fs::write(folder.path().join("belt.csv"), log).unwrap();
     let study = init(&folder, &["belt.csv"]);
-    assert!(
-        study.contains("\nbody_position = { column = \"motor_pos_mm\""),
-        "{study}"
-    );
+    says(&study, &["\nbody_position = { column = \"motor_pos_mm\""]);
 }
 
 #[test]
@@ -255,10 +249,7 @@ fn a_loop_without_time_is_drafted_as_one() {
     let said = refused(&folder, &["init", "--yes", "loop.csv"], 3);
     assert!(said.contains("--column time=none"), "{said}");
     let study = init(&folder, &["loop.csv", "--column", "time=none"]);
-    assert!(
-        study.contains("time = \"none\"") && study.contains("\"stiffness@x\""),
-        "{study}"
-    );
+    says(&study, &["time = \"none\"", "\"stiffness@x\""]);
     let path = folder.path().join("study.toml");
     fs::write(
         &path,
@@ -317,10 +308,7 @@ fn a_file_that_holds_the_force_twice_and_one_column_for_two_roles() {
     });
     fs::write(folder.path().join("run.csv"), log).unwrap();
     let study = init(&folder, &["run.csv"]);
-    assert!(
-        study.contains("displacement = \"x_F[1]\"") && study.contains("force = \"forc\""),
-        "{study}"
-    );
+    says(&study, &["displacement = \"x_F[1]\"", "force = \"forc\""]);
     let twice = [
         "init",
         "--yes",
@@ -333,10 +321,7 @@ fn a_file_that_holds_the_force_twice_and_one_column_for_two_roles() {
         "displacement=forc",
     ];
     let said = refused(&folder, &twice, 2);
-    assert!(
-        said.contains("cannot be the force and the displacement"),
-        "{said}"
-    );
+    says(&said, &["cannot be the force and the displacement"]);
 }
 
 #[test]
@@ -382,10 +367,7 @@ fn a_log_much_faster_than_its_motion_is_told_the_rate_that_serves() {
              {{ file = \"run.csv\", role = \"validate\", rows = [20000, 30000] }}]\n"
         );
         fs::write(folder.path().join("study.toml"), study).unwrap();
-        let said = succeed(
-            folder.path(),
-            &["identify", "study.toml", "--model", "physical"],
-        );
+        let said = succeed(folder.path(), "identify study.toml --model physical");
         let found = said.lines().find(|line| line.starts_with("Validation"));
         let cells = found.unwrap().split_whitespace();
         let percent: Vec<f64> = cells.filter_map(|cell| cell.parse().ok()).collect();
@@ -414,10 +396,7 @@ fn of_two_forces_the_one_that_the_motion_explains_is_meant() {
     });
     fs::write(folder.path().join("slide.csv"), log).unwrap();
     let study = init(&folder, &["slide.csv"]);
-    assert!(
-        study.contains("force = { column = \"horizontal_kN\""),
-        "{study}"
-    );
+    says(&study, &["force = { column = \"horizontal_kN\""]);
 }
 
 #[test]
@@ -430,8 +409,5 @@ fn an_angle_beside_a_current_is_a_rotation() {
     fs::write(folder.path().join("motor.csv"), log).unwrap();
     let study = init(&folder, &["motor.csv", "--column", "force=current_A"]);
     assert!(study.contains("kind = \"rotation\""), "{study}");
-    assert!(
-        study.contains("displacement = { column = \"position_rad\""),
-        "{study}"
-    );
+    says(&study, &["displacement = { column = \"position_rad\""]);
 }

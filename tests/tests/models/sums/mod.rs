@@ -8,7 +8,7 @@ use jointwatch::fit::polynomial::{Method, PolynomialOptions};
 use jointwatch::fit::sums::{Part, Plan};
 use jointwatch::study::further::Template;
 use jointwatch::{MemoryLog, Model, Study};
-use jointwatch_tests::program::{fail, succeed};
+use jointwatch_tests::program::{fail, read_json, says, succeed};
 use jointwatch_tests::story::{copy_of_rig, story};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
@@ -174,10 +174,7 @@ fn what_does_not_belong_together_does_not_merge() {
     assert!(how.iter().any(|how| sentence.contains(how)), "{sentence}");
     let banded = DESCRIPTION.replace("sample_rate_hz", "band_hz = 60.0\n    sample_rate_hz");
     let sentence = refuse(&banded, 1.0);
-    assert!(
-        sentence.contains("other.acc is of another study.toml"),
-        "{sentence}"
-    );
+    says(&sentence, &["other.acc is of another study.toml"]);
     // Comments and layout say nothing of the logs.
     let commented = format!("# the same\n{DESCRIPTION}");
     let of_comment = Template::of_text("fleet", commented, 1000.0);
@@ -388,51 +385,29 @@ fn the_command_line_sums_merges_and_identifies() {
     // The study's own records, all at once, and one by one from the last to the first.
     assert!(fs::read(here.join("own.acc")).unwrap() == fs::read(here.join("all.acc")).unwrap());
 
-    let polynomial = ["--model", "polynomial"];
-    let said = succeed(
-        here,
-        &[
-            &["identify", "rig", "--from", "all.acc", "-o", "a.json"],
-            &polynomial[..],
-        ]
-        .concat(),
-    );
-    assert!(
-        said.contains("Sums of study") && said.contains("Validation (other records)"),
-        "{said}"
-    );
-    succeed(
-        here,
-        &[
-            &["identify", "--from", "all.acc", "-o", "b.json"],
-            &polynomial[..],
-        ]
-        .concat(),
-    );
-    succeed(here, &["export", "b.json", "-o", "b.bin"]);
+    let identify = "identify rig --from all.acc -o a.json --model polynomial";
+    let said = succeed(here, identify);
+    says(&said, &["Sums of study", "Validation (other records)"]);
+    let identify = "identify --from all.acc -o b.json --model polynomial";
+    succeed(here, identify);
+    succeed(here, "export b.json -o b.bin");
     let compared = succeed(here, &["compare", "rig", "b.json"]);
     assert!(compared.contains("Validation"), "{compared}");
 
-    let refused = |words: &[&str], code| fail(here, words, code);
-    let twice = refused(&["merge", "0.acc", "1.acc", "0.acc"], 3);
-    assert!(
-        twice.contains("0.acc") && twice.contains("counted already"),
-        "{twice}"
-    );
-    let network = refused(&["identify", "--from", "all.acc", "--model", "network"], 2);
+    let refused = |words: &str, code| fail(here, words, code);
+    let twice = refused("merge 0.acc 1.acc 0.acc", 3);
+    says(&twice, &["0.acc", "counted already"]);
+    let network = refused("identify --from all.acc --model network", 2);
     assert!(network.contains("network"), "{network}");
-    let physical = refused(&["identify", "--from", "all.acc", "--model", "physical"], 3);
-    assert!(
-        physical.contains("shapes its force") && physical.contains("select"),
-        "{physical}"
-    );
-    let words = ["identify", "--from", "all.acc", "--criterion", "simulation"];
-    assert!(refused(&[&words[..], &polynomial[..]].concat(), 2).contains("needs records"));
-    assert!(refused(&["identify", "--model", "polynomial"], 2).contains("study"));
-    let no_part = refused(&["merge", "rig/study.toml"], 3);
+    let physical = refused("identify --from all.acc --model physical", 3);
+    says(&physical, &["shapes its force", "select"]);
+    let words = "identify --from all.acc --criterion simulation --model polynomial";
+    assert!(refused(words, 2).contains("needs records"));
+    assert!(refused("identify --model polynomial", 2).contains("study"));
+    let no_part = refused("merge rig/study.toml", 3);
     assert!(no_part.contains("no sums"), "{no_part}");
-    let missing = refused(&["accumulate", "rig", "gone.csv"], 3);
+    let missing = refused("accumulate rig gone.csv", 3);
     assert!(missing.contains("gone.csv"), "{missing}");
-    let over = refused(&["accumulate", "rig", "-o", "rig/study.toml"], 2);
+    let over = refused("accumulate rig -o rig/study.toml", 2);
     assert!(over.contains("written over"), "{over}");
 }

@@ -101,53 +101,22 @@ fn the_command_line_selects_a_study_that_can_be_diagnosed() {
     let here = folder.path();
     let rig = copy_of_rig(here);
     let logs = training_logs(&rig);
-    let words = ["--segments", "12", "--seconds", "1"];
+    let of = ["select", "rig"];
+    let into = |out| ["--segments", "12", "--seconds", "1", "-o", out];
     let all: Vec<&str> = logs.iter().map(String::as_str).collect();
-    let said = succeed(
-        here,
-        &[&["select", "rig"], &all[..], &words[..], &["-o", "all"]].concat(),
-    );
+    let said = succeed(here, &[&of, &all[..], &into("all")].concat());
     assert!(said.contains("12 segments of 1 s"), "{said}");
-    succeed(
-        here,
-        &[&["select", "rig", all[0]], &words[..], &["-o", "one"]].concat(),
-    );
-    succeed(
-        here,
-        &[&["select", "rig"], &all[1..], &words[..], &["-o", "rest"]].concat(),
-    );
-    succeed(
-        here,
-        &[
-            &["select", "rig", "rest", "one"],
-            &words[..],
-            &["-o", "merged"],
-        ]
-        .concat(),
-    );
+    succeed(here, &[&of, &all[..1], &into("one")].concat());
+    succeed(here, &[&of, &all[1..], &into("rest")].concat());
+    succeed(here, &[&of, &["rest", "one"][..], &into("merged")].concat());
     assert!(contents(&here.join("all")) == contents(&here.join("merged")));
-    succeed(
-        here,
-        &["identify", "all", "--model", "physical", "-o", "model.json"],
-    );
+    succeed(here, "identify all --model physical -o model.json");
 
-    let again = fail(
-        here,
-        &[&["select", "rig"], &words[..], &["-o", "all"]].concat(),
-        1,
-    );
+    let again = fail(here, &[&of[..], &into("all")].concat(), 1);
     assert!(again.contains("not empty"), "{again}");
-    let short = fail(
-        here,
-        &["select", "rig", "--seconds", "0.01", "-o", "short"],
-        2,
-    );
+    let short = fail(here, "select rig --seconds 0.01 -o short", 2);
     assert!(short.contains("filters take"), "{short}");
-    let long = fail(
-        here,
-        &["select", "rig", "--seconds", "9999", "-o", "long"],
-        3,
-    );
+    let long = fail(here, "select rig --seconds 9999 -o long", 3);
     assert!(long.contains("shorter --seconds"), "{long}");
     let no_list = fail(here, &["select", "rig", "rig", "-o", "none"], 3);
     assert!(
@@ -176,8 +145,7 @@ fn records_of_one_name_in_two_folders_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
     let into = folder.path().join("selected");
     selection.write(&study, &into).unwrap();
-    let list = std::fs::read_to_string(into.join("segments.json")).unwrap();
-    let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+    let list = read_json(into.join("segments.json"));
     let segments = list["segments"].as_array().unwrap();
     let mut taken = [0; 2];
     for segment in segments {

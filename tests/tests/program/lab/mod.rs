@@ -16,7 +16,7 @@ use tempfile::TempDir;
 /// A one-axis rig with dry friction that its study does not list, and its base model.
 fn rig() -> (TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
-    let run = |words: &str| succeed(folder.path(), &words.split(' ').collect::<Vec<_>>());
+    let run = |words: &str| succeed(folder.path(), words);
     run("simulate --out rig --axes 1 --hidden coulomb@x --share 0.15 --duration 4 --seed 5");
     run("identify rig --model physical -o rig/base.json");
     let rig = folder.path().join("rig");
@@ -43,7 +43,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 #[test]
 fn the_loop_gives_the_numbers_of_the_command_line() {
     let (_folder, rig) = rig();
-    let cli = |words: &str| succeed(&rig, &words.split(' ').collect::<Vec<_>>());
+    let cli = |words: &str| succeed(&rig, words);
     let lab = Lab::start(&rig, &["study.toml", "base.json"]);
     let state = lab.rest();
     assert_eq!(state["current"], "base.json");
