@@ -5,7 +5,7 @@
 //! more than chance has a part in it: of two such sets the one with a number more has half the
 //! part. A set that holds another one of them has none, for it says nothing new.
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::learner::Taken;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::rank::ScoredHypothesis;
@@ -51,7 +51,7 @@ pub(crate) fn is_gained(gains: &[f64]) -> bool {
 
 /// The same from their mean and its standard error.
 fn is_more_than_chance((mean, error): (f64, f64)) -> bool {
-    mean > error.max(CRITERIA.least_difference)
+    mean > error.max(criteria::LEAST_DIFFERENCE)
 }
 
 /// Whether unseen blocks speak against an effect, from the gain of each block that let it in and of
@@ -75,7 +75,7 @@ pub(crate) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
 /// a few.
 pub(crate) fn is_raised(from: &[f64], to: &[f64]) -> bool {
     let power = |logs: &[f64]| logs.iter().map(|log| log.exp()).sum::<f64>();
-    (power(to) / power(from)).ln() > CRITERIA.least_difference
+    (power(to) / power(from)).ln() > criteria::LEAST_DIFFERENCE
 }
 
 /// Sets of effects that are held against each other, the base among them.
@@ -128,10 +128,14 @@ impl<'a> Rivals<'a> {
         let square: f64 = pairs.map(|(b, w)| w * (b - mean).powi(2)).sum();
         let chance = (square / whole / whole)
             .sqrt()
-            .max(CRITERIA.least_difference);
+            .max(criteria::LEAST_DIFFERENCE);
         let small = set.power - other.power < self.least_share.powi(2);
         let in_place = !set.added.is_empty() && set.added.len() == other.added.len();
-        let clearly = if in_place { IN_PLACE } else { CRITERIA.clearly };
+        let clearly = if in_place {
+            IN_PLACE
+        } else {
+            criteria::CLEARLY
+        };
         mean <= chance || (small && mean < clearly)
     }
 
@@ -232,7 +236,7 @@ pub(crate) fn chance_of_gain(gains: &[f64]) -> f64 {
         let draws = (0..gains.len()).map(|_| gains[rng.random_range(0..gains.len())]);
         draws.sum::<f64>() / gains.len() as f64
     };
-    let gained = (0..DRAWS).filter(|_| drawn() > CRITERIA.least_difference);
+    let gained = (0..DRAWS).filter(|_| drawn() > criteria::LEAST_DIFFERENCE);
     gained.count() as f64 / DRAWS as f64
 }
 
@@ -268,7 +272,7 @@ impl Chances {
             }
             // Twelve even numbers make a normal one.
             let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-            let bound = CRITERIA.unknown * BOUND.powf(normal);
+            let bound = criteria::UNKNOWN * BOUND.powf(normal);
             let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
             let power = |values: &mut dyn Iterator<Item = f64>| {
                 let [sum, whole] = values
@@ -284,7 +288,7 @@ impl Chances {
             let pieces = (of(laws) - of(decided)).max(0.0);
             let left = taken.before.iter().zip(&taken.after);
             let unnamed = pieces + power(&mut left.map(|(a, b)| a - b)).max(0.0);
-            let unknown = gain > CRITERIA.least_difference
+            let unknown = gain > criteria::LEAST_DIFFERENCE
                 && unnamed.sqrt() > rivals.least_share
                 && unnamed > bound * named;
             chances.unknown += if unknown { each } else { 0.0 };

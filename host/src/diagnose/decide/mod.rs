@@ -4,7 +4,7 @@
 pub(super) mod chances;
 pub(super) mod curve;
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::learner::{Inputs, Knows, Left, Taken};
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::{Column, Hypothesis};
@@ -320,7 +320,7 @@ fn pruned(
         let added = decided.hypothesis.added().to_vec();
         let mut lost = lost_without_each(field, &decided);
         let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);
-        let share = CRITERIA.least_importance * explained;
+        let share = criteria::LEAST_IMPORTANCE * explained;
         // No piece of another one's shape makes the error a third.
         let clearly = lost
             .first()
@@ -386,7 +386,7 @@ fn laws(
         let unnamed = without_name + (power(&laws) - power(decided)).max(0.0);
         let least = match of_curve.filter(|_| pieces > 1) {
             Some(least) => least,
-            None if without_name > 0.0 && unnamed > CRITERIA.unknown * each[0].0 => 0,
+            None if without_name > 0.0 && unnamed > criteria::UNKNOWN * each[0].0 => 0,
             None => break,
         };
         laws = each.swap_remove(least).2;

@@ -9,7 +9,7 @@
 
 pub(super) mod smooth;
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::Column;
 use crate::diagnose::search::score::NO_POWER;
@@ -357,7 +357,7 @@ impl Inputs {
 
 /// A zero of force as a data sheet allows it, N or N·m.
 fn small_zero(bench: &Bench<'_>) -> f64 {
-    CRITERIA.zero * bench.records.applied_rms(bench.axis)
+    criteria::ZERO * bench.records.applied_rms(bench.axis)
 }
 
 /// The rows of every record.

@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::hypothesis::{
     Column, Hypothesis, Part, driven, is_at_bound, is_replaced, is_turned, mean_product,
 };
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -78,7 +78,7 @@ pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
     } else {
         ONE_CHANNEL
     };
-    channels * CRITERIA.least_share * moving(records, axis).sqrt()
+    channels * criteria::LEAST_SHARE * moving(records, axis).sqrt()
 }
 
 /// Mean square of an axis's force about its mean, beside its mean square: a load that stands still
@@ -204,9 +204,9 @@ impl<'a> Bench<'a> {
         let stated = self.records.doubtful_inertia(self.axis);
         let stated = stated.filter(|inertia| *inertia > 0.0);
         [
-            within("preload", CRITERIA.zero * applied),
-            stated.and_then(|stated| within("inertia_error", CRITERIA.gain * stated)),
-            within("time_delay", CRITERIA.lateness_s),
+            within("preload", criteria::ZERO * applied),
+            stated.and_then(|stated| within("inertia_error", criteria::GAIN * stated)),
+            within("time_delay", criteria::LATENESS_S),
         ]
         .into_iter()
         .flatten()

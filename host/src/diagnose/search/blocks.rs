@@ -5,7 +5,7 @@
 //! every record and the blocks with the largest force are left out: these folds extrapolate, and
 //! tell physics from a flexible law that imitates it.
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use std::ops::Range;
 
 /// How many parts the blocks are dealt into; each is judged with values found on the others.
@@ -44,7 +44,7 @@ impl Blocks {
             let part = &power[start..start + count];
             let energy: f64 = part.iter().sum();
             energies.push(energy / whole);
-            let wanted = (CRITERIA.blocks as f64 * energy / whole).round() as usize;
+            let wanted = (criteria::BLOCKS as f64 * energy / whole).round() as usize;
             let wanted = wanted.clamp(1, (count / MIN_ROWS).max(1));
             let first = rows.len();
             let (mut sum, mut from) = (0.0, 0);

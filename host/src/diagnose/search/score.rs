@@ -3,7 +3,7 @@
 
 use super::bench::{Bench, LEARNT};
 use super::hypothesis::{Column, Hypothesis, Part, is_replaced};
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::fit::least_squares::bounded;
 use faer::Mat;
 
@@ -28,7 +28,7 @@ impl Score {
     pub(crate) fn is_clearly_better(&self, than: &Self) -> bool {
         let pairs = than.log_errors.iter().zip(&self.log_errors);
         let gained: f64 = pairs.map(|(other, own)| other - own).sum();
-        gained > CRITERIA.clearly * self.log_errors.len() as f64
+        gained > criteria::CLEARLY * self.log_errors.len() as f64
     }
 }
 
@@ -98,7 +98,7 @@ impl Bench<'_> {
     pub(crate) fn score_of(&self, log_errors: Vec<f64>, squares: f64, numbers: usize) -> Score {
         let mean = log_errors.iter().sum::<f64>() / log_errors.len().max(1) as f64;
         Score {
-            rank: mean + CRITERIA.price * numbers as f64,
+            rank: mean + criteria::PRICE * numbers as f64,
             error: (squares / self.measured.len().max(1) as f64 / self.power).sqrt(),
             log_errors,
             numbers,

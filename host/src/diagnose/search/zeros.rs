@@ -8,7 +8,7 @@ use super::bench::{Bench, rows_of};
 use super::hypothesis::Hypothesis;
 use super::rank::look;
 use super::score::Score;
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::decide::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
@@ -119,7 +119,7 @@ pub(crate) fn own_zero(
         let better = judged(records, axis, hypothesis, Some(own)).log_errors;
         let applied = records.applied_rms(axis);
         if is_gained(&falls(&errors, &better))
-            && Zeros::of(records, hypothesis, own).size() > CRITERIA.zero * applied
+            && Zeros::of(records, hypothesis, own).size() > criteria::ZERO * applied
         {
             errors = better;
             found = Some(own);
