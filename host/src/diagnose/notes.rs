@@ -13,8 +13,8 @@ use crate::model::effects::AxisEffect;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::signal::motion::{Filters, Motion};
 use crate::signal::standstill;
-use crate::signal::statistics::rms;
 use crate::study::Study;
+use crate::study::series::rms;
 use crate::text::table::rounded;
 use jointwatch_shared::base::followed::Follows;
 

@@ -7,7 +7,7 @@
 //! model) are fitted to the force, for every travel anew, and the travel that leaves least is kept.
 
 use super::fir::{apply_every, thinning};
-use super::statistics::peak;
+use crate::study::series::{dot, peak};
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements at which a slider slips, as parts of half the range of the displacement.
@@ -210,7 +210,6 @@ impl AxisRecord<'_> {
 fn left(columns: &[Vec<f64>], series: &[f64]) -> f64 {
     /// What holds columns apart that say the same, beside their squares.
     const RIDGE: f64 = 1e-10;
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
     let kept: Vec<usize> = (0..columns.len()).filter(|&c| sizes[c] > 0.0).collect();
     let count = kept.len();

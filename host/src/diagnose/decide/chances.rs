@@ -10,6 +10,7 @@ use crate::diagnose::learner::Taken;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::rank::ScoredHypothesis;
 use crate::model::effects::AxisEffect;
+use crate::study::series::{dot, mean};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use std::cmp::Ordering;
@@ -33,7 +34,7 @@ const IN_PLACE: f64 = std::f64::consts::LN_2;
 /// Mean and its standard error.
 pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
+    let mean = mean(values);
     let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
 }
@@ -104,7 +105,7 @@ impl<'a> Rivals<'a> {
     }
 
     fn mean(&self, at: usize, weights: &[f64]) -> f64 {
-        weighted(self.all[at].errors, weights) / weights.iter().sum::<f64>()
+        dot(self.all[at].errors, weights) / weights.iter().sum::<f64>()
     }
 
     /// Those that lose to the best by no more than chance, or by less than every model of a real
@@ -123,7 +124,7 @@ impl<'a> Rivals<'a> {
     fn is_as_good(&self, set: Judged<'_>, other: Judged<'_>, weights: &[f64]) -> bool {
         let whole: f64 = weights.iter().sum();
         let behind = falls(set.errors, other.errors);
-        let mean = weighted(&behind, weights) / whole;
+        let mean = dot(&behind, weights) / whole;
         let pairs = behind.iter().zip(weights);
         let square: f64 = pairs.map(|(b, w)| w * (b - mean).powi(2)).sum();
         let chance = (square / whole / whole)
@@ -222,11 +223,6 @@ impl<'a> Judged<'a> {
             numbers: looked.score.numbers,
         }
     }
-}
-
-/// Σ of values with their weights.
-fn weighted(values: &[f64], weights: &[f64]) -> f64 {
-    values.iter().zip(weights).map(|(v, w)| v * w).sum()
 }
 
 /// How likely it is that blocks gain, from the gain of each: the share of draws in which they do.

@@ -10,7 +10,7 @@ use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::{Column, Hypothesis};
 use crate::diagnose::search::rank::{Field, ScoredHypothesis, look, rank};
 use crate::model::effects::AxisEffect;
-use crate::signal::statistics::rms;
+use crate::study::series::{dot, rms};
 use chances::{Chances, Rivals, falls, is_gained, mean_and_error};
 use curve::Curve;
 use rayon::prelude::*;
@@ -435,10 +435,8 @@ fn singles(
         .iter()
         .map(|l| left(l).iter().zip(&before).map(|(a, b)| b - a).collect())
         .collect();
-    let like = |a: &[f64], b: &[f64]| {
-        let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
-        dot(a, b) / (dot(a, a) * dot(b, b)).sqrt().max(f64::MIN_POSITIVE)
-    };
+    let like =
+        |a: &[f64], b: &[f64]| dot(a, b) / (dot(a, a) * dot(b, b)).sqrt().max(f64::MIN_POSITIVE);
     let named = singles.iter().enumerate().map(|(at, single)| {
         let bound = |at: usize| singles[at].hypothesis.added()[0];
         let good = |at: usize| as_good.contains(&bound(at));

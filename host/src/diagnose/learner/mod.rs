@@ -14,6 +14,7 @@ use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::Column;
 use crate::diagnose::search::score::NO_POWER;
 use crate::fit::trees::{Binned, SIZE, Trees};
+use crate::study::series::mean;
 use crate::text::work;
 use rayon::prelude::*;
 use smooth::Smooth;
@@ -225,7 +226,7 @@ impl Inputs {
     ) -> Vec<f64> {
         for part in parts {
             let own = &mut left[part.start.div_ceil(self.step)..part.end.div_ceil(self.step)];
-            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+            let mean = mean(own);
             if mean.abs() <= small {
                 own.iter_mut().for_each(|value| *value -= mean);
             }

@@ -14,8 +14,8 @@ use crate::fit::effects::slopes::{At, SHAPES_MOVE};
 use crate::fit::effects::unknowns::{MAX_FORCE, ShapeUnknown, column_bounds, shapes};
 use crate::fit::least_squares::bounded;
 use crate::model::effects::AxisEffect;
-use crate::signal::statistics::{peak, rms};
 use crate::study::quasi_static::is_without_meaning;
+use crate::study::series::{mean, peak, rms};
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
 use std::ops::Range;
@@ -86,7 +86,7 @@ pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
 fn moving(records: &Records<'_>, axis: usize) -> f64 {
     let force = &records.measured[rows_of(records, axis)];
     let power = mean_product(force, force).max(f64::MIN_POSITIVE);
-    let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
+    let mean = mean(force);
     (1.0 - mean * mean / power).max(0.0)
 }
 

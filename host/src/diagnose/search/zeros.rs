@@ -12,7 +12,7 @@ use crate::diagnose::criteria;
 use crate::diagnose::decide::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
-use crate::study::survey::extent;
+use crate::study::series::{extent, mean};
 use jointwatch_shared::effect::Entry;
 
 /// The effects by which a model says so, the simpler one first.
@@ -176,7 +176,7 @@ impl Zeros {
             from += rows;
             let of = |part: &[f64]| match drifts {
                 true => slope(part) * records.thinned_rate_hz,
-                false => part.iter().sum::<f64>() / part.len().max(1) as f64,
+                false => mean(part),
             };
             0.5 * (of(first) - of(last))
         });
