@@ -7,7 +7,7 @@
 //! model) are fitted to the force, for every travel anew, and the travel that leaves least is kept.
 
 use super::fir::{apply_every, thinning};
-use crate::study::series::{dot, peak};
+use crate::study::series::{dot, extent, peak};
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements at which a slider slips, as parts of half the range of the displacement.
@@ -119,8 +119,7 @@ impl AxisRecord<'_> {
         }
         let rows = self.force.len().min(MAX_ROWS);
         let x = &self.displacement[..(self.first_row + rows).min(self.displacement.len())];
-        let least = x.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let [least, most] = extent(x.iter().copied());
         let half = 0.5 * (most - least);
         if half <= 0.0 {
             return 0.0;

@@ -14,7 +14,7 @@ use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::Column;
 use crate::diagnose::search::score::NO_POWER;
 use crate::fit::trees::{Binned, SIZE, Trees};
-use crate::study::series::mean;
+use crate::study::series::{mean, range};
 use crate::text::work;
 use rayon::prelude::*;
 use smooth::Smooth;
@@ -374,12 +374,7 @@ fn records<'a>(bench: &'a Bench<'_>) -> impl Iterator<Item = Range<usize>> + 'a 
 /// far, record by record, each after what is known of the motion before it.
 fn memory(displacement: &[f64], records: &[usize], before: &[&[f64]]) -> [Vec<f64>; 4] {
     let mut out: [Vec<f64>; 4] = Default::default();
-    let low = displacement.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = displacement
-        .iter()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let turn = TURN * (high - low);
+    let turn = TURN * range(displacement);
     let mut start = 0;
     for (&count, known) in records.iter().zip(before) {
         let part = &displacement[start..start + count];

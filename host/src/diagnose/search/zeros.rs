@@ -217,7 +217,8 @@ impl Zeros {
     pub(crate) fn size(&self) -> f64 {
         let all = || self.of_records.iter().copied();
         if !self.drift() {
-            return all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+            let [low, high] = extent(all());
+            return high - low;
         }
         let whole: f64 = self.lengths_s.iter().sum();
         let records = self.of_records.iter().zip(&self.lengths_s);
