@@ -239,16 +239,8 @@ impl<'a> Judge<'a> {
 /// A streamed sample's counts as the chain takes them.
 fn raw(sample: &Sample) -> RawSample {
     let mut raw = RawSample::default();
-    for (place, &[far, near, body, acceleration, force, input]) in
-        raw.iter_mut().zip(&sample.counts)
-    {
-        *place = RawAxis {
-            displacement: [far, near],
-            body,
-            acceleration,
-            force,
-            input,
-        };
+    for (place, &counts) in raw.iter_mut().zip(&sample.counts) {
+        *place = RawAxis::of_counts(counts);
     }
     raw
 }

@@ -42,7 +42,6 @@ pub use cusum::Healthy;
 use cusum::{gross_threshold, healthy};
 use figures::{GROSS, MIN_BLOCKS, quarters};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::limits::{
     AxisLimits, CHANNELS, Cusum, Limits, MAX_CUSUM, TwoSided,
 };
@@ -288,7 +287,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
     let whole = |channel: usize| -> Vec<f64> {
         let samples = moving.iter().flat_map(|c| &c.samples);
         samples
-            .map(|s| f64::from(channels(&s.raw, axis)[channel]))
+            .map(|s| f64::from(s.raw[axis].counts()[channel]))
             .collect()
     };
     let moving_counts = std::array::from_fn(|channel| {
@@ -318,12 +317,6 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
         gross: [u8::MAX; 2],
         moving_counts,
     }
-}
-
-fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
-    let raw = &raw[axis];
-    let [far, near] = raw.displacement;
-    [far, near, raw.body, raw.acceleration, raw.force, raw.input]
 }
 
 /// The sums of every block that the monitor finishes over one record.
