@@ -46,7 +46,10 @@ impl Comparison {
     /// The page of `compare --report`.
     fn page(&self, py: Python<'_>, command: String) -> PyResult<String> {
         followed(py, None, |_| {
-            page::html(&Asked::of_model(command, &self.study, &self.model))
+            page::html(&Asked {
+                command,
+                ..Asked::of_model(&self.study, &self.model)
+            })
         })
     }
 }
@@ -83,8 +86,8 @@ impl Diagnosis {
     /// The page of `diagnose --report`.
     fn page(&self, py: Python<'_>, command: String) -> PyResult<String> {
         followed(py, None, |_| {
-            let asked = Asked::of_diagnosis(command, &self.study, &self.model, &self.found);
-            page::html(&asked)
+            let asked = Asked::of_diagnosis(&self.study, &self.model, &self.found);
+            page::html(&Asked { command, ..asked })
         })
     }
 }
@@ -121,7 +124,8 @@ impl Added {
     fn page(&self, py: Python<'_>, command: String) -> PyResult<String> {
         followed(py, None, |_| {
             let added = (&self.added, self.effects.as_slice());
-            page::html(&Asked::of_added(command, &self.study, &self.before, added))
+            let asked = Asked::of_added(&self.study, &self.before, added);
+            page::html(&Asked { command, ..asked })
         })
     }
 }
@@ -157,8 +161,8 @@ impl Response {
     /// The page of `respond --report`.
     fn page(&self, py: Python<'_>, command: String) -> PyResult<String> {
         followed(py, None, |_| {
-            let asked = Asked::of_response(command, &self.study, &self.model, &self.response);
-            page::html(&asked)
+            let asked = Asked::of_response(&self.study, &self.model, &self.response);
+            page::html(&Asked { command, ..asked })
         })
     }
 }

@@ -6,7 +6,7 @@ pub use crate::fit::errors::{AxisFigures, RecordFigures};
 use crate::model::corrections;
 use crate::model::file::{AxisError, ModelFile};
 use crate::signal::motion::{self, Motion};
-use crate::signal::statistics::peak;
+use crate::study::series::peak;
 use crate::study::{Role, Study};
 use crate::text::error::Result;
 use crate::text::table::{Table, hertz, percent, rounded};

@@ -11,8 +11,8 @@ use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::apply;
 use crate::signal::motion::Motion;
 use crate::signal::spectrum::{Accumulator, window_for};
-use crate::signal::statistics::rms;
 use crate::study::Axis;
+use crate::study::series::{rms, spread};
 use jointwatch_shared::base::terms::EffectValues;
 
 /// An axis rests in a record where displacement, velocity and force are under these parts of their
@@ -228,13 +228,6 @@ fn resting<const N: usize>(activity: &[[f64; N]]) -> Vec<bool> {
         pairs.all(|((a, most), below)| *a < below * most)
     };
     activity.iter().map(at_rest).collect()
-}
-
-/// RMS about the mean.
-fn spread(series: &[f64]) -> f64 {
-    let count = series.len().max(1) as f64;
-    let mean = series.iter().sum::<f64>() / count;
-    (series.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count).sqrt()
 }
 
 /// White noise of the size of the residual's quietest high frequencies, behind the low-pass.

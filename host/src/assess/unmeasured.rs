@@ -6,7 +6,7 @@
 //! a joint moves as where it does not.
 
 use crate::signal::spectrum::{Accumulator, Spectrum, window_for};
-use crate::signal::statistics::rms;
+use crate::study::series::rms;
 
 /// Length of the windows of the spectrum, s.
 const WINDOW_S: f64 = 4.0;

@@ -3,11 +3,9 @@
 
 use super::console::Console;
 use crate::assess::compare::Comparison;
-use crate::diagnose::add::Added;
-use crate::diagnose::apply::Applied;
-use crate::diagnose::{Diagnosis, PerAxis};
+use crate::diagnose::PerAxis;
 use crate::model::file::ModelFile;
-use crate::report::{Drawing, Step, drawing, pictures, steps};
+use crate::report::{Drawing, Step, drawing, pictures};
 use crate::study::Study;
 use crate::text::error::Result;
 use clap::Args;
@@ -39,42 +37,6 @@ impl Plots {
                 pictures::of_model(study, model, comparison)
             }
         }
-    }
-
-    /// The pictures of the model that was brought, and the staircase of what was found.
-    pub(super) fn of_diagnosis(
-        &self,
-        study: &Study,
-        model: &ModelFile,
-        diagnosis: &Diagnosis,
-    ) -> Result<Vec<Drawing>> {
-        self.with_staircase(
-            study,
-            model,
-            &steps::found(diagnosis),
-            &diagnosis.noise_floor,
-        )
-    }
-
-    /// The pictures of the model with everything that was missing, and the staircase down to it.
-    pub(super) fn of_applied(&self, study: &Study, applied: &Applied) -> Result<Vec<Drawing>> {
-        self.with_staircase(
-            study,
-            &applied.model,
-            &steps::applied(applied),
-            &applied.staircase.noise_floor,
-        )
-    }
-
-    /// The pictures of the wider model, and the staircase down to it.
-    pub(super) fn of_added(
-        &self,
-        study: &Study,
-        added: &Added,
-        effects: &[String],
-    ) -> Result<Vec<Drawing>> {
-        let (steps, floors) = steps::added(added, &effects.join(", "));
-        self.with_staircase(study, &added.model, &steps, &floors)
     }
 
     /// The pictures of a model, and a staircase of errors: what was done step by step, and the

@@ -2,14 +2,8 @@
 //! printed and written at the end.
 
 use super::console::Console;
-use crate::diagnose::Diagnosis;
-use crate::diagnose::add::Added;
-use crate::diagnose::apply::Applied;
-use crate::diagnose::changed::{Changed, Now};
 use crate::lab;
-use crate::model::file::ModelFile;
 use crate::report::page::{self, Asked, Gathered};
-use crate::simulate::respond::Response;
 use crate::study::Study;
 use crate::text::error::Result;
 use crate::text::output;
@@ -50,79 +44,13 @@ impl Report {
         files.into_iter().flatten()
     }
 
-    /// The page of a model, beside another one if there is one; none when none was asked for.
-    pub(super) fn of_model(
-        &self,
-        study: &Study,
-        model: &ModelFile,
-        beside: Option<&ModelFile>,
-    ) -> Result<Option<Gathered>> {
-        self.page(Asked {
-            before: beside,
-            ..Asked::of_model(command(), study, model)
-        })
-    }
-
-    /// The page of the model that was diagnosed, with the candidates.
-    pub(super) fn of_diagnosis(
-        &self,
-        study: &Study,
-        model: &ModelFile,
-        diagnosis: &Diagnosis,
-    ) -> Result<Option<Gathered>> {
-        self.page(Asked::of_diagnosis(command(), study, model, diagnosis))
-    }
-
-    /// The page of a model with everything that was missing, beside the one that was brought.
-    pub(super) fn of_applied(
-        &self,
-        study: &Study,
-        before: &ModelFile,
-        applied: &Applied,
-    ) -> Result<Option<Gathered>> {
-        self.page(Asked::of_applied(command(), study, before, applied))
-    }
-
-    /// The page of a joint that may have changed: the old model on the new records, and beside it
-    /// one of the joint as it is now.
-    pub(super) fn of_change(
-        &self,
-        old: &ModelFile,
-        changed: &Changed,
-        now: &Now,
-    ) -> Result<Option<Gathered>> {
-        self.page(Asked {
-            answer: Some(changed.in_a_sentence()),
-            before: now.model.as_ref().map(|_| old),
-            judged_on: "new records".into(),
-            ..Asked::of_model(command(), &now.study, now.model.as_ref().unwrap_or(old))
-        })
-    }
-
-    /// The page of the wider model, beside the one that was brought.
-    pub(super) fn of_added(
-        &self,
-        study: &Study,
-        before: &ModelFile,
-        added: &Added,
-        effects: &[String],
-    ) -> Result<Option<Gathered>> {
-        self.page(Asked::of_added(command(), study, before, (added, effects)))
-    }
-
-    /// The page of a model with the motion that it gives the rig.
-    pub(super) fn of_response(
-        &self,
-        study: &Study,
-        model: &ModelFile,
-        response: &Response,
-    ) -> Result<Option<Gathered>> {
-        self.page(Asked::of_response(command(), study, model, response))
-    }
-
-    fn page(&self, asked: Asked<'_>) -> Result<Option<Gathered>> {
+    /// The page; none when none was asked for.
+    pub(super) fn page(&self, asked: Asked<'_>) -> Result<Option<Gathered>> {
+        let command = command();
         let wanted = self.outputs().next().is_some();
-        wanted.then(|| page::gathered(&asked)).transpose()
+        wanted
+            .then(|| page::gathered(&Asked { command, ..asked }))
+            .transpose()
     }
 
     /// Writes the page and says how to open it.

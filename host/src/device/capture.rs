@@ -125,16 +125,7 @@ impl<L: Read + Write> Asking<'_, L> {
         for attempt in 0..TRIES {
             self.repeated += u32::from(attempt > 0);
             let to = self.line.send(request)?;
-            let begun = Instant::now();
-            let mut found = None;
-            while found.is_none() && begun.elapsed() < WAIT {
-                self.line.read(|report| {
-                    if let Some(one) = wanted(to, report) {
-                        found = Some(one);
-                    }
-                })?;
-            }
-            if let Some(found) = found {
+            if let Some(found) = self.line.heard(WAIT, |report| wanted(to, report))? {
                 return Ok(found);
             }
         }

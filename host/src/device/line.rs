@@ -4,6 +4,7 @@
 use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::telemetry::{Decoder, MAX_FRAME, Report, Request, encode};
 use std::io::{ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
 
 /// A line that requests go over and reports come from.
 ///
@@ -44,6 +45,24 @@ impl<'a, L: Read + Write> Line<'a, L> {
         let sent = sent.and_then(|()| self.line.flush());
         sent.map_err(|e| self.broken(&e))?;
         Ok(number)
+    }
+
+    /// Reads until a report is wanted or so much time is over.
+    pub(super) fn heard<T>(
+        &mut self,
+        wait: Duration,
+        mut wanted: impl FnMut(Report) -> Option<T>,
+    ) -> Result<Option<T>> {
+        let begun = Instant::now();
+        let mut found = None;
+        while found.is_none() && begun.elapsed() < wait {
+            self.read(|report| {
+                if let Some(one) = wanted(report) {
+                    found = Some(one);
+                }
+            })?;
+        }
+        Ok(found)
     }
 
     /// Reads once, and hands on every report that is whole then; gives how many bytes came.

@@ -9,7 +9,7 @@ use crate::text::error::{Error, Result};
 use jointwatch_shared::wire::slot::{CLASS_LEN, Order, signed_order};
 use jointwatch_shared::wire::telemetry::{Access, Answered, Report, Request, Signature};
 use std::io::{Read, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// How long to wait for an answer before the request is sent again; an entry of the journal takes a
 /// fraction of it.
@@ -25,27 +25,27 @@ const TRIES: u16 = 8;
 /// [`crate::text::error::Kind::Data`] when the device does not trust the key,
 /// [`crate::text::error::Kind::Failed`] when it does not answer or cannot carry the order out.
 pub fn give(line: &mut (impl Read + Write), order: Order, key: &PrivateKey) -> Result<()> {
-    let mut owner = Owner(Line::new(line, "try again"));
+    let mut line = Line::new(line, "try again");
     for _ in 0..TRIES {
-        let access = owner.access()?;
+        let before = access(&mut line)?;
         let mut class = [0; CLASS_LEN];
-        for (place, byte) in class.iter_mut().zip(access.class.bytes()) {
+        for (place, byte) in class.iter_mut().zip(before.class.bytes()) {
             *place = byte;
         }
-        let signature = key.sign(&signed_order(order, access.number, &class));
+        let signature = key.sign(&signed_order(order, before.number, &class));
         let request = Request::Order {
             order,
-            number: access.number,
+            number: before.number,
             signature: Signature::new(signature),
         };
-        let to = owner.0.send(&request)?;
-        let answered = owner.heard(|report| match report {
+        let to = line.send(&request)?;
+        let answered = line.heard(WAIT, |report| match report {
             Report::Answer(answer) if answer.to == to => Some(answer.answered),
             _ => None,
         })?;
         return match answered {
             Some(Answered::Done) => Ok(()),
-            None if owner.is_done(order, &access)? => Ok(()),
+            None if is_done(&mut line, order, &before)? => Ok(()),
             None | Some(Answered::Stale | Answered::Busy) => continue,
             Some(Answered::NotSigned) => Err(Error::data(
                 "the device does not trust this key; give the key that its firmware was built with",
@@ -73,46 +73,27 @@ fn nothing(order: Order) -> &'static str {
     }
 }
 
-/// The owner's end of the line.
-struct Owner<'a, L>(Line<'a, L>);
-
-impl<L: Read + Write> Owner<'_, L> {
-    /// Asks until the device introduces itself.
-    fn access(&mut self) -> Result<Access> {
-        for _ in 0..TRIES {
-            self.0.send(&Request::Hello)?;
-            let access = self.heard(|report| match report {
-                Report::Hello(hello) => Some(hello.access),
-                _ => None,
-            })?;
-            if let Some(access) = access {
-                return Ok(access);
-            }
+/// Asks until the device introduces itself.
+fn access(line: &mut Line<'_, impl Read + Write>) -> Result<Access> {
+    for _ in 0..TRIES {
+        line.send(&Request::Hello)?;
+        let access = line.heard(WAIT, |report| match report {
+            Report::Hello(hello) => Some(hello.access),
+            _ => None,
+        })?;
+        if let Some(access) = access {
+            return Ok(access);
         }
-        Err(Error::failed(
-            "the device did not answer; check the port, the baud rate and that the device runs",
-        ))
     }
+    Err(Error::failed(
+        "the device did not answer; check the port, the baud rate and that the device runs",
+    ))
+}
 
-    /// Whether an order was carried out whose answer did not come: the next number tells, or that
-    /// something else was done meanwhile. So where more than the number tells it, that counts.
-    fn is_done(&mut self, order: Order, before: &Access) -> Result<bool> {
-        let now = self.access()?;
-        let only_this_key = order != Order::RevokeOther || now.keys != before.keys;
-        Ok(now.number != before.number && only_this_key)
-    }
-
-    /// Reads until a report is wanted or the time is over.
-    fn heard<T>(&mut self, wanted: impl Fn(Report) -> Option<T>) -> Result<Option<T>> {
-        let begun = Instant::now();
-        let mut found = None;
-        while found.is_none() && begun.elapsed() < WAIT {
-            self.0.read(|report| {
-                if let Some(one) = wanted(report) {
-                    found = Some(one);
-                }
-            })?;
-        }
-        Ok(found)
-    }
+/// Whether an order was carried out whose answer did not come: the next number tells, or that
+/// something else was done meanwhile. So where more than the number tells it, that counts.
+fn is_done(line: &mut Line<'_, impl Read + Write>, order: Order, before: &Access) -> Result<bool> {
+    let now = access(line)?;
+    let only_this_key = order != Order::RevokeOther || now.keys != before.keys;
+    Ok(now.number != before.number && only_this_key)
 }

@@ -8,7 +8,7 @@ use crate::fit::errors::Sums;
 use crate::model::corrections::Corrections;
 use crate::signal;
 use crate::signal::motion::{self, Filters, Motion, low_pass};
-use crate::signal::statistics::peak;
+use crate::study::series::peak;
 use crate::study::{Channels, Record, Study};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::Model;

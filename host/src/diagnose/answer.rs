@@ -12,6 +12,7 @@ use crate::fit::effects::{FittedEffect, assemble, solved_at};
 use crate::model::effects::AxisEffect;
 use crate::model::file::{JudgedOn, PerAxis};
 use crate::model::{ModelEffect, ParameterValue};
+use crate::study::series::mean;
 use crate::study::{Study, quasi_static};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Acts;
@@ -436,12 +437,10 @@ pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<Look
         let chosen = looked.iter().find(|l| is_chosen(l)).map(|l| l.score.rank);
         all.extend(looked.into_iter().map(|l| {
             let added = l.hypothesis.added();
-            let mean =
-                l.score.log_errors.iter().sum::<f64>() / l.score.log_errors.len().max(1) as f64;
             LookedAt {
                 axis: axes[decision.axis].into(),
                 effects: added.iter().map(|b| b.name(axes)).collect(),
-                mean_log_error: mean,
+                mean_log_error: mean(&l.score.log_errors),
                 error: l.score.error,
                 numbers: l.score.numbers,
                 outcome: if is_chosen(l) {

@@ -2,7 +2,7 @@
 //! errors.
 
 use crate::diagnose::add::{self, Added};
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::in_place::{instead, simplified};
 use crate::diagnose::in_time::diagnose_prepared;
 use crate::diagnose::{Diagnosis, Found, PerAxis, SearchOptions, Verdict};
@@ -158,7 +158,7 @@ pub fn apply(
                 Some(format!(
                     "{} would take away less than {:.0} % of what is explained so far, and the rest has no name",
                     listed(&last.found),
-                    100.0 * CRITERIA.least_importance
+                    100.0 * criteria::LEAST_IMPORTANCE
                 ))
             }
             _ => add_all(
@@ -239,7 +239,7 @@ fn is_little(first: &Diagnosis, last: &Diagnosis) -> bool {
     );
     let axes = first.relative_error_before.iter();
     let all = axes.map(|(axis, error)| (error * error).min(first.moving[axis]));
-    let share = CRITERIA.least_importance * (all.sum::<f64>() - after);
+    let share = criteria::LEAST_IMPORTANCE * (all.sum::<f64>() - after);
     before - after < share && before < MOST_OF_WHAT_WAS_LEFT * after
 }
 

@@ -19,6 +19,7 @@ use crate::model::effects::AxisEffect;
 use crate::model::file::ModelFile;
 use crate::signal::motion::Motion;
 use crate::study::Study;
+use crate::study::series::dot;
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
@@ -241,7 +242,6 @@ fn is_news(motions: &[&Motion], name: &str) -> bool {
 /// The part of a column's power about its mean that linear regression on others leaves; the first
 /// of them is the constant.
 fn left_by(others: &[Vec<f64>], mut column: Vec<f64>) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut basis: Vec<Vec<f64>> = Vec::new();
     let take_out = |from: &mut Vec<f64>, of: &[f64]| {
         let factor = dot(from, of);

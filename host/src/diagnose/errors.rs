@@ -14,6 +14,7 @@ use crate::model::file::{Base, JudgedOn, ModelFile, NoBase};
 use crate::signal::motion::Motion;
 use crate::signal::spectrum::{Accumulator, MIN_LINES, window_for};
 use crate::study::Study;
+use crate::study::series::{mean, mean_square};
 use crate::text::error::Result;
 
 /// Windows that a spectrum of what is left is the mean of, where the records are long enough.
@@ -90,8 +91,8 @@ pub(super) fn constants(
     let each = records.rows.iter().map(|rows| {
         let (record, others) = own.split_at(*rows);
         own = others;
-        let mean = record.iter().sum::<f64>() / record.len().max(1) as f64;
-        [mean, mean * mean / power(record).max(f64::MIN_POSITIVE)]
+        let (mean, power) = (mean(record), mean_square(record));
+        [mean, mean * mean / power.max(f64::MIN_POSITIVE)]
     });
     each.collect()
 }
@@ -160,7 +161,7 @@ impl<'a> Unseen<'a> {
             let measured = held_out.measured();
             let axes = squares.iter().zip(measured);
             let logs = axes.map(|(squares, force)| {
-                let each = power(force) * force.len() as f64 / squares.len().max(1) as f64;
+                let each = mean_square(force) * force.len() as f64 / squares.len().max(1) as f64;
                 let logs = squares.iter().map(|square| log_power(square / each));
                 logs.collect()
             });
@@ -172,8 +173,8 @@ impl<'a> Unseen<'a> {
         let axes = axes.zip(records.measured.chunks_exact(rows));
         let logs = axes.map(|(error, force)| {
             let blocks = Blocks::new(force, &records.rows).rows.into_iter();
-            let whole = power(force);
-            let logs = blocks.map(|rows| log_power(power(&error[rows]) / whole));
+            let whole = mean_square(force);
+            let logs = blocks.map(|rows| log_power(mean_square(&error[rows]) / whole));
             logs.collect()
         });
         Ok(logs.collect())
@@ -194,10 +195,6 @@ fn valued(terms: &[AxisEffect], solution: &Solution) -> Vec<(AxisEffect, Vec<f64
     let terms = terms.iter().zip(&solution.solved.values);
     let terms = terms.map(|(term, values)| (*term, values.clone()));
     terms.collect()
-}
-
-fn power(series: &[f64]) -> f64 {
-    series.iter().map(|v| v * v).sum::<f64>() / series.len().max(1) as f64
 }
 
 /// Where everything is explained, nothing is left to be told apart.

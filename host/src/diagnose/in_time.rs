@@ -8,7 +8,7 @@
 //! has to do clearly better there.
 
 use super::answer::{Diagnosis, Found, Ranked, Verdict};
-use super::criteria::CRITERIA;
+use super::criteria;
 use super::later::{DELAY, delays_of, read_later, shift};
 use super::search::bench::rows_of;
 use super::verdict::{SearchOptions, answer};
@@ -88,7 +88,7 @@ pub(super) fn diagnose_prepared(
         let name = &study.axes[axis].name;
         let error = |of: &PerAxis| of.get(name).copied().unwrap_or(f64::INFINITY);
         let fall = error(&diagnosis.relative_error_after) / error(&other.relative_error_after);
-        if 2.0 * fall.ln() > CRITERIA.clearly {
+        if 2.0 * fall.ln() > criteria::CLEARLY {
             return Ok(with_delay(other, &diagnosis, name, delay_s));
         }
     }

@@ -6,8 +6,8 @@ use crate::fit::effects::unknowns::{MAX_FORCE, is_physical};
 use crate::model::corrections::of_the_joint;
 use crate::model::effects::{AxisEffect, ModelEffect};
 use crate::model::file::ModelFile;
-use crate::signal::statistics::rms;
 use crate::study::Study;
+use crate::study::series::rms;
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 

@@ -1,7 +1,7 @@
 //! What is to be said beside the verdict, one sentence each.
 
 use super::answer::Absorbed;
-use super::criteria::CRITERIA;
+use super::criteria;
 use super::decide::Decision;
 use super::errors::{constants, strongest_line};
 use super::learner::Knows;
@@ -13,8 +13,8 @@ use crate::model::effects::AxisEffect;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::signal::motion::{Filters, Motion};
 use crate::signal::standstill;
-use crate::signal::statistics::rms;
 use crate::study::Study;
+use crate::study::series::rms;
 use crate::text::table::rounded;
 use jointwatch_shared::base::followed::Follows;
 
@@ -185,7 +185,7 @@ fn of_lost_inertia(search: &Search, (study, learnt): (&Study, &Records<'_>)) -> 
     let lost = axes.filter(|(at, (_, (before, after)))| {
         // Of an inertia that hardly shows nothing is lost.
         let shows = |acceleration: &Vec<f64>| {
-            before * rms(acceleration) > CRITERIA.least_share * learnt.references.force[*at]
+            before * rms(acceleration) > criteria::LEAST_SHARE * learnt.references.force[*at]
         };
         learnt.accelerations[*at].as_ref().is_some_and(shows) && *after < LOST * before
     });
@@ -252,7 +252,7 @@ pub(super) fn of_constants(
     let each = axes.flat_map(|(at, axis)| {
         let of_record = constants(records, model, at).into_iter().zip(motions);
         let mostly = of_record.filter(move |([constant, part], _)| {
-            *part > MOST_OF_IT && constant.abs() > CRITERIA.zero * records.references.force[at]
+            *part > MOST_OF_IT && constant.abs() > criteria::ZERO * records.references.force[at]
         });
         mostly.map(|([constant, part], motion)| {
             format!(

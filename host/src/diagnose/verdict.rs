@@ -7,7 +7,7 @@ use super::answer::{
     in_words_remainder,
 };
 use super::base::base_of;
-use super::criteria::CRITERIA;
+use super::criteria;
 use super::decide::Decision;
 use super::errors::{Unseen, relative_errors};
 use super::notes::{follows_already, in_notes, never_rests, of_constants, of_motion, refutations};
@@ -268,11 +268,11 @@ fn unmeasured(
     let noise = floor.rms / learnt.references.force[axis];
     let left = decision.left.min(last);
     let above = (left * left - noise * noise).max(0.0);
-    let share = CRITERIA.zero.hypot(CRITERIA.gain);
+    let share = criteria::ZERO.hypot(criteria::GAIN);
     if as_logged.acts_at_rest && noise > share {
         return noise * noise;
     }
-    let stands_out = left > CRITERIA.above_noise * noise && above.sqrt() > share;
+    let stands_out = left > criteria::ABOVE_NOISE * noise && above.sqrt() > share;
     let named = decision.named();
     let known = floor.at_rest || floor.ends;
     let counts = if known { KNOWN_NOISE } else { GUESSED_NOISE } * named;
@@ -299,7 +299,7 @@ fn unmeasured_forces(
         .map(|(axis, (floors, last))| unmeasured(search, axis, floors, (learnt, last)))
         .collect();
     for decision in &mut search.decisions {
-        if unmeasured[decision.axis] > CRITERIA.unknown * decision.named() {
+        if unmeasured[decision.axis] > criteria::UNKNOWN * decision.named() {
             (decision.chances.unknown, decision.chances.nothing) = (1.0, 0.0);
         }
     }
@@ -339,7 +339,7 @@ fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool)
     };
     let powers = search.decisions.iter().map(of_axis);
     let (named, unnamed) = powers.fold((0.0, 0.0), |sum: (f64, f64), p| (sum.0 + p.0, sum.1 + p.1));
-    let unknown = unnamed > CRITERIA.unknown * named && unnamed > 0.0;
+    let unknown = unnamed > criteria::UNKNOWN * named && unnamed > 0.0;
     match (unknown, none_found) {
         _ if serious => Verdict::Data,
         (true, _) => Verdict::Unknown,

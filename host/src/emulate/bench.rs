@@ -2,14 +2,12 @@
 //! somebody who listens.
 
 use super::board::{Board, BoardChip, DropOuts, Injection};
-use super::judge::{Comparison, Judge};
+use super::judge::{Comparison, Judge, Said};
 use super::line::{SerialLine, Streamer, Talk, Uploading};
 use super::link::{Host, Memory, Next};
 use crate::device::telemetry::listen::Tally;
 use crate::device::upload::Uploaded;
 use crate::text::error::Result;
-use jointwatch_shared::monitor::limits::CHANNELS;
-use jointwatch_shared::wire::telemetry::{Event, Hello, Snapshot, Status, UploadReply};
 use jointwatch_shared::wire::wiring::{Readings, Wiring};
 use serde::Serialize;
 
@@ -98,18 +96,8 @@ pub struct Run {
     pub comparison: Comparison,
     /// Messages, and what was lost or damaged of them.
     pub tally: Tally,
-    /// Introductions of the device, in the order in which they came.
-    pub hellos: Vec<Hello>,
-    /// Status reports, in order.
-    pub statuses: Vec<Status>,
-    /// Events, in the order in which they came.
-    pub events: Vec<Event>,
-    /// Pieces of snapshots, in order.
-    pub snapshots: Vec<Snapshot>,
-    /// Answers to an upload, in order.
-    pub uploads: Vec<UploadReply>,
-    /// The first samples whose counts were not what the chips were fed.
-    pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
+    /// What the device said beside its samples.
+    pub said: Said,
     /// Instructions of a start, the last one: slots read, signatures verified; nothing where the
     /// device never came to its first instant.
     pub start: Option<u32>,
@@ -153,10 +141,6 @@ impl<'a> Bench<'a> {
         judge: Judge<'a>,
         mut scenario: Scenario,
     ) -> Self {
-        let mut rest = Readings::default();
-        for (place, counter) in rest.counters.iter_mut().zip(&wiring.counters) {
-            *place = counter.map_or(0, |counter| counter.start);
-        }
         let injections = std::mem::take(&mut scenario.injections);
         let board = Board::new(wiring, sample_rate_hz, scenario.seed)
             .with_troubles(injections, scenario.drop_outs.take());
@@ -165,7 +149,7 @@ impl<'a> Bench<'a> {
             board,
             wiring: wiring.clone(),
             rows,
-            rest,
+            rest: wiring.at_rest(),
             judge,
             line: SerialLine::new(scenario.bit_error_rate, scenario.seed ^ 1),
             streamer: Streamer::default(),
@@ -191,12 +175,7 @@ impl<'a> Bench<'a> {
             instants: self.at,
             comparison,
             tally,
-            hellos: self.judge.hellos,
-            statuses: self.judge.statuses,
-            events: self.judge.events,
-            snapshots: self.judge.snapshots,
-            uploads: self.judge.uploads,
-            wrong: self.judge.wrong,
+            said: self.judge.said,
             start: self.start,
             instructions: self.instructions,
             memory: self.memory,
@@ -227,7 +206,7 @@ impl<'a> Bench<'a> {
 
     /// Whether the device is to restart now.
     fn restarts(&mut self) -> bool {
-        let replies = self.judge.uploads.len();
+        let replies = self.judge.said.uploads.len();
         let broken_off = self.scenario.restart_after_replies;
         if broken_off.is_some_and(|wanted| replies >= wanted) {
             self.scenario.restart_after_replies = None;

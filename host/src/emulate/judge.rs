@@ -36,6 +36,24 @@ pub struct Comparison {
     pub different_replayed_bits: u64,
 }
 
+/// What the device said beside its samples, in the order in which it came.
+#[derive(Debug, Default)]
+pub struct Said {
+    /// Introductions of the device.
+    pub hellos: Vec<Hello>,
+    /// Status reports.
+    pub statuses: Vec<Status>,
+    /// Events.
+    pub events: Vec<Event>,
+    /// Pieces of snapshots.
+    pub snapshots: Vec<Snapshot>,
+    /// Answers to an upload.
+    pub uploads: Vec<UploadReply>,
+    /// Counts that were not what the chips were fed: the sample and what the device said, the
+    /// first of them.
+    pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
+}
+
 /// What `replay` says of the record that the chips are fed.
 pub struct Replayed {
     /// Outputs of `replay`, in order.
@@ -72,19 +90,8 @@ pub struct Judge<'a> {
     /// Only the record as it was logged is compared with `replay`; not what follows a restart.
     restarted: bool,
     comparison: Comparison,
-    /// Introductions of the device, in the order in which they came.
-    pub hellos: Vec<Hello>,
-    /// Status reports, in order.
-    pub statuses: Vec<Status>,
-    /// Events, in the order in which they came.
-    pub events: Vec<Event>,
-    /// Pieces of snapshots, in order.
-    pub snapshots: Vec<Snapshot>,
-    /// Answers to an upload, in order.
-    pub uploads: Vec<UploadReply>,
-    /// Counts that were not what the chips were fed: the sample and what the device said, the
-    /// first of them.
-    pub wrong: Vec<(u64, Vec<[i32; CHANNELS]>)>,
+    /// What the device said beside its samples.
+    pub said: Said,
 }
 
 /// How many wrong samples are kept for a person to look at.
@@ -105,12 +112,7 @@ impl<'a> Judge<'a> {
             started: false,
             restarted: false,
             comparison: Comparison::default(),
-            hellos: Vec::new(),
-            statuses: Vec::new(),
-            events: Vec::new(),
-            snapshots: Vec::new(),
-            uploads: Vec::new(),
-            wrong: Vec::new(),
+            said: Said::default(),
         }
     }
 
@@ -127,19 +129,19 @@ impl<'a> Judge<'a> {
             };
             match received.message {
                 Report::Hello(hello) => {
-                    if hello.occasion == Occasion::Restart && !self.hellos.is_empty() {
+                    if hello.occasion == Occasion::Restart && !self.said.hellos.is_empty() {
                         self.restart();
                     }
                     let of_rig = hello.rig.as_ref().and(hello.model.as_ref());
                     self.running =
                         of_rig.and_then(|model| self.known.iter().position(|k| k.crc == model.crc));
-                    self.hellos.push(hello);
+                    self.said.hellos.push(hello);
                 }
-                Report::Status(status) => self.statuses.push(status),
-                Report::Event(event) => self.events.push(event),
-                Report::Upload(reply) => self.uploads.push(reply),
+                Report::Status(status) => self.said.statuses.push(status),
+                Report::Event(event) => self.said.events.push(event),
+                Report::Upload(reply) => self.said.uploads.push(reply),
                 Report::Sample(sample) => self.sample(&sample),
-                Report::Snapshot(piece) => self.snapshots.push(piece),
+                Report::Snapshot(piece) => self.said.snapshots.push(piece),
                 Report::Answer(_)
                 | Report::Health(_)
                 | Report::Alarm(_)
@@ -176,8 +178,8 @@ impl<'a> Judge<'a> {
         if self.started && !right {
             self.comparison.wrong_counts += 1;
             self.comparison.last_wrong_counts = Some(number);
-            if self.wrong.len() < WRONG_KEPT {
-                self.wrong.push((number, sample.counts.to_vec()));
+            if self.said.wrong.len() < WRONG_KEPT {
+                self.said.wrong.push((number, sample.counts.to_vec()));
             }
         }
         self.started |= right;
@@ -239,16 +241,8 @@ impl<'a> Judge<'a> {
 /// A streamed sample's counts as the chain takes them.
 fn raw(sample: &Sample) -> RawSample {
     let mut raw = RawSample::default();
-    for (place, &[far, near, body, acceleration, force, input]) in
-        raw.iter_mut().zip(&sample.counts)
-    {
-        *place = RawAxis {
-            displacement: [far, near],
-            body,
-            acceleration,
-            force,
-            input,
-        };
+    for (place, &counts) in raw.iter_mut().zip(&sample.counts) {
+        *place = RawAxis::of_counts(counts);
     }
     raw
 }

@@ -77,15 +77,11 @@ impl<'a> Serving<'a> {
         tell: &'a mut dyn FnMut(Told),
     ) -> Result<Self> {
         let rows = joint.readings(&[])?;
-        let mut rest = Readings::default();
-        for (place, counter) in rest.counters.iter_mut().zip(&wiring.counters) {
-            *place = counter.map_or(0, |counter| counter.start);
-        }
         let instant = |(time_s, order): (f64, Order)| ((time_s * rate_hz) as u64, order);
         Ok(Self {
             joint,
             board: Board::new(wiring, rate_hz, 0),
-            rest,
+            rest: wiring.at_rest(),
             rows,
             changes: Vec::new(),
             line,

@@ -5,9 +5,9 @@
 //! others, and no model is to be trusted outside the range and the spectrum it was learnt from.
 
 use crate::signal::motion::Motion;
-use crate::signal::statistics::{peak, rms};
 use crate::study::Axis;
-use crate::study::survey::extent;
+use crate::study::series::extent;
+use crate::study::series::{about_mean, mean, peak, rms};
 use crate::text::table::rounded;
 
 /// An axis counts as excited in a record from this share of its largest RMS velocity over all
@@ -40,16 +40,6 @@ fn velocity(motion: &Motion, axis: usize) -> &[f64] {
 /// An axis's displacement, m or rad.
 fn displacement(motion: &Motion, axis: usize) -> &[f64] {
     &motion.states[2 * axis]
-}
-
-fn mean(series: &[f64]) -> f64 {
-    series.iter().sum::<f64>() / series.len().max(1) as f64
-}
-
-/// A series without its mean.
-fn about_mean(series: &[f64]) -> Vec<f64> {
-    let mean = mean(series);
-    series.iter().map(|value| value - mean).collect()
 }
 
 /// A list such as "0.12, 0 and 1".

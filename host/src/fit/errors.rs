@@ -4,7 +4,7 @@
 use crate::model::file::{AxisError, ModelFile};
 use crate::model::{InputRange, ModelAxis};
 use crate::signal::motion::{self, Motion, low_pass};
-use crate::signal::statistics::peak;
+use crate::study::series::{mean, peak};
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
 use serde::Serialize;
@@ -85,7 +85,7 @@ pub(crate) struct Sums {
 impl Sums {
     pub(crate) fn of(error: &[f64], force: &[f64]) -> Self {
         let rows = force.len().max(1) as f64;
-        let mean = force.iter().sum::<f64>() / rows;
+        let mean = mean(force);
         Self {
             error: error.iter().map(|e| e * e).sum(),
             about_mean: force.iter().map(|r| (r - mean) * (r - mean)).sum(),

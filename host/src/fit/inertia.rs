@@ -12,6 +12,7 @@ use crate::model::InputRange;
 use crate::signal::fir::apply_every;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::study::series::mean;
 use crate::text::error::{Error, Result};
 use faer::Mat;
 
@@ -172,7 +173,7 @@ fn identify(stretches: &Stretches, axis: &Axis, index: usize, axes: usize) -> Re
         .map(|stretch| stretches.inertia(index, axes, Some(stretch)))
         .collect::<Result<_>>()?;
     let n = STRETCHES as f64;
-    let mean = left_out.iter().sum::<f64>() / n;
+    let mean = mean(&left_out);
     let square: f64 = left_out.iter().map(|m| (m - mean).powi(2)).sum();
     let standard_error = ((n - 1.0) / n * square).sqrt();
     if !(value > 0.0 && value.is_finite()) {

@@ -34,6 +34,14 @@ pub struct InputRange {
 }
 
 impl InputRange {
+    /// From the smallest to the largest value.
+    pub(crate) fn of([low, high]: [f64; 2]) -> Self {
+        Self {
+            center: 0.5 * (high + low),
+            half_range: 0.5 * (high - low),
+        }
+    }
+
     /// The normalised value, −1 to 1 inside the training range.
     pub fn normalise(&self, value: f64) -> f64 {
         (value - self.center) / self.half_range

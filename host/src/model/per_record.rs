@@ -6,6 +6,7 @@
 //! drift once at each of its sizes, and least squares says how much of it a record holds.
 
 use crate::model::time_history::{TimeHistory, law_parameters};
+use crate::study::series::dot;
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::Shape;
 use std::f64::consts::TAU;
@@ -22,7 +23,6 @@ const POINTS_PER_LINE: f64 = 6.0;
 /// The factors of one column or two, one per size and phase, that leave least of a series; 0 for
 /// columns that cannot be told apart.
 pub(crate) fn least_squares(columns: &[Vec<f64>], series: &[f64]) -> [f64; 2] {
-    let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
     match columns {
         [a] if dot(a, a) > 0.0 => [dot(a, series) / dot(a, a), 0.0],
         [a, b] => {

@@ -127,12 +127,12 @@ mod tests {
         };
         // The fit adds its sums up fold by fold, so the two differ by rounding.
         for (axis, coefficients) in polynomial.coefficients.iter().enumerate() {
-            let largest = crate::signal::statistics::peak(coefficients);
+            let largest = crate::study::series::peak(coefficients);
             let differences = coefficients.iter().enumerate();
             let differences: Vec<f64> = differences
                 .map(|(term, expected)| timed[(term, axis)] - expected)
                 .collect();
-            let worst = crate::signal::statistics::peak(&differences) / largest;
+            let worst = crate::study::series::peak(&differences) / largest;
             println!("axis {axis}: coefficients differ by {worst:.1e} of the largest");
             assert!(worst < 1e-6);
         }

@@ -3,6 +3,7 @@
 use super::quantity::tick;
 use super::simplify::{extremes, simplify, simplify_to};
 use super::style::{self, Pen};
+use crate::study::series::extent;
 use crate::text::error::{Error, Result};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -194,9 +195,7 @@ impl Panel {
 /// The range of an axis: from the least to the largest value and a share of that beyond on either
 /// side.
 pub(super) fn limits(values: impl Iterator<Item = f64>, beyond: f64) -> (f64, f64) {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-        (v.min(low), v.max(high))
-    });
+    let [low, high] = extent(values);
     let span = if high > low {
         high - low
     } else {

@@ -4,7 +4,7 @@ use super::axis_history::AxisHistory;
 use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
-use crate::signal::statistics::peak;
+use crate::study::series::peak;
 use std::ops::Range;
 
 /// What the restoring force is drawn over.

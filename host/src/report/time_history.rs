@@ -5,7 +5,7 @@ use super::axis_history::AxisHistory;
 use super::figure::{Curve, Panel, Thinned};
 use super::quantity::Quantity;
 use super::style::Pen;
-use crate::signal::statistics::peak;
+use crate::study::series::{mean, peak};
 use std::ops::Range;
 
 /// As many swings of the displacement as can be told apart in one panel.
@@ -101,7 +101,7 @@ pub fn window(histories: &[AxisHistory]) -> Range<usize> {
 pub fn about_largest(history: &AxisHistory) -> Range<usize> {
     let shown = window(std::slice::from_ref(history)).len();
     let displacement = &history.displacement;
-    let mean = displacement.iter().sum::<f64>() / displacement.len().max(1) as f64;
+    let mean = mean(displacement);
     let away = displacement.iter().map(|x| (x - mean).abs()).enumerate();
     let largest = away
         .max_by(|a, b| a.1.total_cmp(&b.1))
@@ -113,7 +113,7 @@ pub fn about_largest(history: &AxisHistory) -> Range<usize> {
 
 /// How often a displacement goes up and down about its mean.
 fn swings(displacement: &[f64]) -> f64 {
-    let mean = displacement.iter().sum::<f64>() / displacement.len().max(1) as f64;
+    let mean = mean(displacement);
     let crossings = displacement
         .windows(2)
         .filter(|pair| (pair[0] > mean) != (pair[1] > mean));

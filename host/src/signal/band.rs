@@ -22,6 +22,7 @@
 use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, Spectrum, floor_of};
 use crate::signal::motion::Motion;
+use crate::study::series::mean;
 use crate::study::survey::smallest_step;
 use crate::study::{Channels, Role, Study};
 use nalgebra::{Matrix4, Vector4};
@@ -230,7 +231,7 @@ fn smoothed(spectrum: &Spectrum) -> impl Iterator<Item = f64> {
     (0..lines).map(move |i| {
         let near =
             &spectrum.density[i.saturating_sub(SMOOTHED / 2)..(i + SMOOTHED / 2 + 1).min(lines)];
-        near.iter().sum::<f64>() / near.len() as f64
+        mean(near)
     })
 }
 

@@ -7,7 +7,7 @@
 //! model) are fitted to the force, for every travel anew, and the travel that leaves least is kept.
 
 use super::fir::{apply_every, thinning};
-use super::statistics::peak;
+use crate::study::series::{dot, extent, peak};
 use nalgebra::{DMatrix, DVector};
 
 /// Displacements at which a slider slips, as parts of half the range of the displacement.
@@ -119,8 +119,7 @@ impl AxisRecord<'_> {
         }
         let rows = self.force.len().min(MAX_ROWS);
         let x = &self.displacement[..(self.first_row + rows).min(self.displacement.len())];
-        let least = x.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let [least, most] = extent(x.iter().copied());
         let half = 0.5 * (most - least);
         if half <= 0.0 {
             return 0.0;
@@ -210,7 +209,6 @@ impl AxisRecord<'_> {
 fn left(columns: &[Vec<f64>], series: &[f64]) -> f64 {
     /// What holds columns apart that say the same, beside their squares.
     const RIDGE: f64 = 1e-10;
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
     let kept: Vec<usize> = (0..columns.len()).filter(|&c| sizes[c] > 0.0).collect();
     let count = kept.len();

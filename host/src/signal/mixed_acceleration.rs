@@ -12,6 +12,7 @@ use super::spectrum::Accumulator;
 use super::spectrum::DISPLACEMENT_FLOOR;
 use crate::signal::motion::{Filters, Motion};
 use crate::study::Study;
+use crate::study::series::dot;
 use std::f64::consts::{PI, SQRT_2, TAU};
 
 /// Rows per window of the spectra.
@@ -78,8 +79,8 @@ fn mix_axis(study: &Study, filters: &Filters, motions: &mut [Motion], axis: usiz
         let mut logged = motion.acceleration[axis].clone();
         low_pass.run(&mut logged);
         low_pass.run(&mut derived);
-        both += logged.iter().zip(&derived).map(|(a, d)| a * d).sum::<f64>();
-        encoder += derived.iter().map(|d| d * d).sum::<f64>();
+        both += dot(&logged, &derived);
+        encoder += dot(&derived, &derived);
         parts.push((logged, derived));
     }
     let gain = if encoder > 0.0 { both / encoder } else { 1.0 };

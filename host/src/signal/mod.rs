@@ -15,7 +15,6 @@ pub(crate) mod mixed_acceleration;
 pub mod motion;
 pub mod spectrum;
 pub(crate) mod standstill;
-pub(crate) mod statistics;
 
 #[cfg(test)]
 mod differentiate;

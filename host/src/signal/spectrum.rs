@@ -1,6 +1,7 @@
 //! Power spectra by Welch's method: which frequencies a logged signal holds, and where its noise
 //! floor lies.
 
+use crate::study::series::mean;
 use realfft::RealFftPlanner;
 use std::f64::consts::PI;
 
@@ -115,7 +116,7 @@ impl Accumulator {
         let starts = (0..last).step_by(segment / 2).chain([last]);
         for start in starts {
             let part = &series[start..start + segment];
-            let mean = part.iter().sum::<f64>() / segment as f64;
+            let mean = mean(part);
             for ((x, &value), weight) in input.iter_mut().zip(part).zip(&self.window) {
                 *x = (value - mean) * weight;
             }

@@ -4,7 +4,8 @@
 //! no law of motion can be learnt from such rows or be judged by them.
 
 use crate::signal::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, floor_of};
-use crate::study::survey::{range, smallest_step};
+use crate::study::series::range;
+use crate::study::survey::smallest_step;
 use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
 

@@ -1,6 +1,7 @@
 //! What drives a motion, known at the samples of a record: a broadband random drive, or a logged
 //! channel.
 
+use crate::study::series::mean_square;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
@@ -48,7 +49,7 @@ impl Excitation {
         inverse
             .process(&mut lines, &mut samples)
             .expect("buffers come from the plan, and the lines at 0 and Nyquist are zero");
-        let power = samples.iter().map(|f| f * f).sum::<f64>() / rows as f64;
+        let power = mean_square(&samples);
         let scale = if power > 0.0 { rms / power.sqrt() } else { 0.0 };
         for (row, sample) in samples.iter_mut().enumerate() {
             let rise = (row as f64 / (ramp_s * sample_rate_hz)).min(1.0);

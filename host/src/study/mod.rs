@@ -18,6 +18,7 @@ mod plan;
 pub(crate) mod quasi_static;
 mod read;
 mod readers;
+pub(crate) mod series;
 pub mod survey;
 pub mod time;
 

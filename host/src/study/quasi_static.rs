@@ -5,7 +5,7 @@
 //! path is run through, so rows stand in for time, and the velocity is replaced by its sign: the
 //! direction of travel. Everything that has a second in its unit is refused.
 
-use super::time::median;
+use super::series::median;
 use jointwatch_shared::effect::{EFFECTS, Entry};
 
 /// Rows that count as one second, for what is measured in rows inside: the length of blocks and of

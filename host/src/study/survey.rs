@@ -7,6 +7,7 @@ use super::channels::units::{Quantity, is_bare};
 use super::joined::{PLUS, with_a_heading};
 use super::log::Request;
 use super::readers::long::LongLog;
+use super::series::{extent, spread};
 use super::time::Stamps;
 use crate::text::error::{Error, Result};
 use std::collections::HashSet;
@@ -354,18 +355,6 @@ fn rises_evenly(values: &[f64]) -> bool {
     least > 0.0 && (most < 1.01 * least || most < 1.1 * least && is_rounded())
 }
 
-/// The smallest and the largest of some values.
-pub(crate) fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
-    let nothing = [f64::INFINITY, f64::NEG_INFINITY];
-    values.fold(nothing, |[low, high], v| [low.min(v), high.max(v)])
-}
-
-/// Largest minus smallest of some values; 0 where there are none.
-pub(crate) fn range(values: &[f64]) -> f64 {
-    let [low, high] = extent(values.iter().copied());
-    (high - low).max(0.0)
-}
-
 /// The smallest step from row to row; what is left of one unit by rounding is no step.
 pub(crate) fn smallest_step(values: &[f64]) -> Option<f64> {
     let [low, high] = extent(values.iter().copied().filter(|v| v.is_finite()));
@@ -382,18 +371,15 @@ fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> Surveye
             .for_each(|value| *value = signed(*value, bit));
     }
     let named = naming::read(&name, unit.as_deref());
-    let finite = || values.iter().copied().filter(|v| v.is_finite());
-    let count = finite().count();
-    let mean = finite().sum::<f64>() / count.max(1) as f64;
-    let [low, high] = extent(finite());
+    let finite = values.iter().copied().filter(|v| v.is_finite());
+    let finite: Vec<f64> = finite.collect();
     SurveyedColumn {
-        missing: values.len() - count,
-        range: if count > 0 {
-            [low, high]
-        } else {
-            [f64::NAN; 2]
+        missing: values.len() - finite.len(),
+        range: match finite.is_empty() {
+            true => [f64::NAN; 2],
+            false => extent(finite.iter().copied()),
         },
-        rms: (finite().map(|v| (v - mean).powi(2)).sum::<f64>() / count.max(1) as f64).sqrt(),
+        rms: spread(&finite),
         step: smallest_step(&values),
         sign_bit,
         unit: unit.or_else(|| named.unit.clone()),

@@ -146,6 +146,14 @@ impl SignedDirection {
 }
 
 impl Wiring {
+    /// Readings of a rig at rest: encoders at their start counts, forces and accelerations zero.
+    pub fn at_rest(&self) -> Readings {
+        Readings {
+            counters: self.counters.map(|counter| counter.map_or(0, |c| c.start)),
+            ..Readings::default()
+        }
+    }
+
     /// Every chip of the board with a plain setting and no axes: what a board without a rig block
     /// reads its raw counts with.
     pub fn unconfigured() -> Self {

@@ -110,13 +110,7 @@ proptest! {
                 residual_band: (which & 6 != 0).then_some(in_band),
                 saturated,
             };
-            let raw = counts.map(|[far, near, body, acceleration, force, input]| RawAxis {
-                displacement: [far, near],
-                body,
-                acceleration,
-                force,
-                input,
-            });
+            let raw = counts.map(RawAxis::of_counts);
             let [too_high, out_of_range, checksum, time_out, missing, reference_lost] = faults;
             let lost = [0, 0, 0, 1, 100, 70_000, u32::MAX][usize::from(which) % 7];
             let faults = if which & 8 == 0 {

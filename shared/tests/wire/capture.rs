@@ -14,20 +14,7 @@ fn capture(chunks: usize) -> Capture {
 }
 
 fn counts(raw: &RawSample) -> [[i32; 6]; 2] {
-    raw.map(|raw| {
-        let [far, near] = raw.displacement;
-        [far, near, raw.body, raw.acceleration, raw.force, raw.input]
-    })
-}
-
-fn raw([far, near, body, acceleration, force, input]: [i32; 6]) -> RawAxis {
-    RawAxis {
-        displacement: [far, near],
-        body,
-        acceleration,
-        force,
-        input,
-    }
+    raw.map(|raw| raw.counts())
 }
 
 /// Samples with their numbers.
@@ -73,7 +60,7 @@ fn motion(number: u64, noise: [f64; 6]) -> RawSample {
         for ((value, scale), noise) in values.iter_mut().zip(scales).zip(noise) {
             *value = (scale * wave + noise * random()).round() as i32;
         }
-        raw(values)
+        RawAxis::of_counts(values)
     })
 }
 
@@ -182,7 +169,7 @@ fn chunks_that_are_full_of_jumps_lose_nothing() {
         let mut fed = Vec::new();
         for number in 0..2000 {
             let sample = [0, 1].map(|axis| {
-                raw([0; 6].map(|_: i32| {
+                RawAxis::of_counts([0; 6].map(|_: i32| {
                     state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                     if axis < axes { state as i32 } else { 0 }
                 }))
@@ -217,7 +204,8 @@ proptest! {
         let mut number = 0;
         for (at, (first, second, what)) in samples.iter().enumerate() {
             number += 1 + u64::from(*what == 0);
-            let sample = [raw(*first), if axes == 2 { raw(*second) } else { RawAxis::default() }];
+            let second = if axes == 2 { RawAxis::of_counts(*second) } else { RawAxis::default() };
+            let sample = [RawAxis::of_counts(*first), second];
             capture.sample(number, &sample, axes, *what == 1);
             fed.insert(number, counts(&sample));
             if at == samples.len() / 4 {

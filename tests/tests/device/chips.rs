@@ -72,15 +72,11 @@ impl Bench {
         let board = Board::new(&wiring, 2000.0, 11).with_troubles(injections, drop_outs);
         let board = Rc::new(RefCell::new(board));
         let sensors = chips(&board, &wiring);
-        let mut rest = Readings::default();
-        for (place, counter) in rest.counters.iter_mut().zip(wiring.counters) {
-            *place = counter.map_or(0, |counter| counter.start);
-        }
         Self {
             board,
             sensors,
+            rest: wiring.at_rest(),
             wiring,
-            rest,
         }
     }
 

@@ -14,7 +14,6 @@ use jointwatch::study::{Record, Study};
 use jointwatch_shared::chain::ChainState;
 use jointwatch_shared::monitor::{Cause, Monitor, State};
 use jointwatch_shared::wire::telemetry::{Event, Report, Snapshot, Status, Verdict};
-use jointwatch_shared::wire::wiring::Readings;
 use jointwatch_tests::bus::chips;
 use jointwatch_tests::monitor::false_alarms::WANTED_HOURS;
 use jointwatch_tests::monitor::watched::{Learnt, RATE_HZ, STUDY_LEVEL, Shaking, Subject};
@@ -251,10 +250,6 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     let wiring = &device.block.wiring;
     let board = Rc::new(RefCell::new(Board::new(wiring, RATE_HZ, 0)));
     let mut chips = chips(&board, wiring);
-    let mut rest = Readings::default();
-    for (place, counter) in rest.counters.iter_mut().zip(&wiring.counters) {
-        *place = counter.map_or(0, |counter| counter.start);
-    }
     let rows = device.set_up.wired().unwrap().readings(record);
     let chain = &device.set_up.chain;
     let limits = rig_block::usable_limits(&device.block, &model).unwrap();
@@ -262,7 +257,7 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     let mut watch = ReplayedWatch::new(RATE_HZ, model.axes(), Ok(&monitor));
     let mut state = ChainState::default();
     let mut reports = Vec::new();
-    for readings in std::iter::repeat_n(rest, REST as usize).chain(rows) {
+    for readings in std::iter::repeat_n(wiring.at_rest(), REST as usize).chain(rows) {
         board.borrow_mut().next_instant(&readings);
         let acquired = chips.acquire(wiring);
         let output = chain.step(&mut state, &model, &acquired.sample);
@@ -271,16 +266,16 @@ fn the_firmware_says_what_the_replayed_frames_say() {
     }
     let wanted = verdicts(&reports);
     tells_the_story(&wanted, REST + (CHANGES_AT_S * RATE_HZ) as u64);
-    let said = run.events.iter().filter_map(|event| match event {
+    let said = run.said.events.iter().filter_map(|event| match event {
         Event::Verdict(verdict) => Some(*verdict),
         _ => None,
     });
     let wanted: Vec<Verdict> = wanted.into_iter().map(|(_, verdict)| verdict).collect();
     assert_eq!(said.collect::<Vec<_>>(), wanted);
-    assert_eq!(run.snapshots, snapshots(&reports));
+    assert_eq!(run.said.snapshots, snapshots(&reports));
     let wanted = statuses(&reports);
-    assert_eq!(run.statuses.len(), wanted.len());
-    for (said, wanted) in run.statuses.iter().zip(wanted) {
+    assert_eq!(run.said.statuses.len(), wanted.len());
+    for (said, wanted) in run.said.statuses.iter().zip(wanted) {
         let mut said = said.clone();
         if said.sample < 2 * REST {
             // Chips that are still being set up, which a replayed record has not.

@@ -146,10 +146,7 @@ fn the_counts_around_an_alarm_are_sent_on_request_until_it_is_acknowledged() {
         let mut samples = Vec::new();
         let contents = unpack(chunk, |counts| samples.push(*counts)).expect("a chunk");
         for (number, found) in (contents.first..).zip(samples) {
-            let wanted = fed[number as usize].map(|raw| {
-                let [far, near] = raw.displacement;
-                [far, near, raw.body, raw.acceleration, raw.force, raw.input]
-            });
+            let wanted = fed[number as usize].map(|raw| raw.counts());
             assert_eq!(found, wanted, "sample {number}");
             numbers.push(number);
         }

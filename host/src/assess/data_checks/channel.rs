@@ -1,6 +1,6 @@
 //! A logged channel of one axis, with the figures that tell a broken sensor from a moving joint.
 
-use crate::study::survey::range;
+use crate::study::series::range;
 use crate::study::{Axis, Channels};
 
 /// What a channel measures.
@@ -105,13 +105,4 @@ pub(super) fn constant_runs(series: &[f64], least: usize) -> Vec<(usize, usize)>
         start += part.len();
     }
     runs
-}
-
-/// RMS about the mean: how much a channel moves. White noise is in it by its own size only, which
-/// for a sensor that is any good is a small part of the motion's.
-pub(super) fn liveliness(series: &[f64]) -> f64 {
-    let count = series.len().max(1) as f64;
-    let mean = series.iter().sum::<f64>() / count;
-    let square: f64 = series.iter().map(|v| (v - mean).powi(2)).sum();
-    (square / count).sqrt()
 }

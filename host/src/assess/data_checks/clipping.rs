@@ -2,7 +2,7 @@
 
 use super::channel::{Channel, Kind, constant_runs, quantile, steps};
 use super::finding::{Finding, RecordPosition};
-use crate::study::survey::extent;
+use crate::study::series::extent;
 use crate::text::table::significant;
 
 /// Rows at the very same extreme value that make a flat top.

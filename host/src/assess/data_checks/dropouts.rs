@@ -3,7 +3,7 @@
 
 use super::channel::{Channel, constant_runs, quantile, steps};
 use super::finding::{Finding, RecordPosition};
-use crate::study::survey::extent;
+use crate::study::series::extent;
 
 /// A fall to 0 and the way back are larger than this many of the largest hundredth of the channel's
 /// steps.

@@ -15,7 +15,7 @@ mod skew;
 mod stuck;
 
 use crate::signal::motion::Filters;
-use crate::study::survey::range;
+use crate::study::series::{range, spread};
 use crate::study::{Role, Study};
 use channel::channels;
 pub use finding::Finding;
@@ -80,14 +80,16 @@ pub fn sentences(findings: Vec<Finding>) -> Vec<String> {
     findings.into_iter().map(|f| f.sentence).collect()
 }
 
-/// The greatest liveliness of every channel of an axis in any record.
+/// The greatest liveliness of every channel of an axis in any record: RMS about the mean. White
+/// noise is in it by its own size only, which for a sensor that is any good is a small part of the
+/// motion's.
 fn liveliest(study: &Study, index: usize) -> Vec<f64> {
     let records = study.records.iter();
     let all = records.map(|record| channels(&study.axes[index], &record.axes[index]));
     all.fold(Vec::new(), |mut most: Vec<f64>, channels| {
         most.resize(channels.len(), 0.0);
         for (most, channel) in most.iter_mut().zip(&channels) {
-            *most = most.max(channel::liveliness(channel.series));
+            *most = most.max(spread(channel.series));
         }
         most
     })

@@ -1,9 +1,10 @@
 //! Single wrong rows: values that stand alone, and a displacement that jumps.
 
-use super::channel::{Channel, Kind, liveliness};
+use super::channel::{Channel, Kind};
 use super::finding::{Finding, RecordPosition};
 use crate::signal::motion::Filters;
 use crate::study::check::lone::{Lone, lone, lone_by, outliers};
+use crate::study::series::spread;
 use crate::text::table::significant;
 
 /// A body does not jump by so many times what it moves by from row to row around it. Measured
@@ -88,5 +89,5 @@ fn finding(
 /// By how much some rows are off, RMS over all rows beside that of the channel.
 fn share(channel: &Channel<'_>, rows: &[Lone]) -> f64 {
     let power: f64 = rows.iter().map(|lone| lone.off * lone.off).sum();
-    (power / channel.series.len().max(1) as f64).sqrt() / liveliness(channel.series)
+    (power / channel.series.len().max(1) as f64).sqrt() / spread(channel.series)
 }

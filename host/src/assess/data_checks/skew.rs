@@ -9,6 +9,7 @@ use super::finding::Finding;
 use crate::signal::fir::apply;
 use crate::signal::motion::Filters;
 use crate::study::Study;
+use crate::study::series::mean;
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex;
 use std::f64::consts::{PI, TAU};
@@ -109,7 +110,7 @@ impl Cross {
     fn add(&mut self, first: &[f64], second: &[f64]) {
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(SEGMENT);
         let spectrum = |part: &[f64]| {
-            let mean = part.iter().sum::<f64>() / SEGMENT as f64;
+            let mean = mean(part);
             let window = |row: usize| 0.5 - 0.5 * (2.0 * PI * row as f64 / SEGMENT as f64).cos();
             let rows = part.iter().enumerate();
             let mut input: Vec<f64> = rows.map(|(row, v)| (v - mean) * window(row)).collect();

@@ -1,9 +1,9 @@
 //! A stuck channel: it stands at one value over a stretch in which the others show that the axis
 //! moves.
 
-use super::channel::{Channel, Kind, constant_runs, liveliness, quantile, steps};
+use super::channel::{Channel, Kind, constant_runs, quantile, steps};
 use super::finding::{Finding, RecordPosition};
-use crate::study::survey::range;
+use crate::study::series::{range, spread};
 use crate::text::table::significant;
 
 /// A stretch shorter than this may be a joint that turns round.
@@ -61,7 +61,7 @@ fn stuck(
         return None;
     }
     let (other, _) = others.iter().find(|(other, most)| {
-        let here = liveliness(&other.series[start..start + rows]);
+        let here = spread(&other.series[start..start + rows]);
         here > 0.0 && here > STILL_MOVES * most
     })?;
     let value = series[start];

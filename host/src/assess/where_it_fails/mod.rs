@@ -2,6 +2,7 @@
 //! which frequencies.
 
 use crate::signal::spectrum::Accumulator;
+use crate::study::series::mean;
 use crate::text::table::rounded;
 use serde::Serialize;
 
@@ -128,7 +129,7 @@ pub fn zero(axis: &str, unit: &str, records: &[ErrorRecord<'_>]) -> Option<Faili
     let total: f64 = records.iter().map(|r| power(r.error)).sum();
     let rows: usize = records.iter().map(|r| r.error.len()).sum();
     let of_constant = |record: &ErrorRecord<'_>| {
-        let mean = record.error.iter().sum::<f64>() / record.error.len().max(1) as f64;
+        let mean = mean(record.error);
         (mean, mean * mean * record.error.len() as f64)
     };
     let constants = records.iter().map(|record| (record, of_constant(record)));

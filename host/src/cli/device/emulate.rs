@@ -140,7 +140,7 @@ fn in_words(runs: &[(&Record, Emulated)], study: &Study, size: Size) -> String {
             c.different_replayed_bits,
             speed(record, study, emulated)
         );
-        if let Some(status) = run.statuses.last() {
+        if let Some(status) = run.said.statuses.last() {
             let _ = writeln!(text, "    at its end {}", verdict(status, &names));
         }
     }
@@ -220,8 +220,8 @@ fn as_json(runs: &[(&Record, Emulated)], study: &Study, size: Size) -> serde_jso
             "comparison": run.comparison,
             "messages": run.tally,
             "agrees": agrees(emulated),
-            "verdict": run.statuses.last().map(|status| verdict(status, &names)),
-            "counters": run.statuses.last().map(|status| status.counters),
+            "verdict": run.said.statuses.last().map(|status| verdict(status, &names)),
+            "counters": run.said.statuses.last().map(|status| status.counters),
             "instructions": stages.collect::<serde_json::Map<_, _>>(),
             "start_instructions": run.start,
             "memory": run.memory,

@@ -5,6 +5,8 @@ use crate::cli::plots::Plots;
 use crate::cli::report::Report;
 use crate::diagnose::add::{self, Added};
 use crate::model::file::{JudgedOn, ModelFile};
+use crate::report::page::Asked;
+use crate::report::steps;
 use crate::study::Role;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, percent};
@@ -42,10 +44,13 @@ impl Add {
         self.report.check(console, Some(&output), &study)?;
         working.set_message("finding all values anew");
         let added = add::add(&study, &model, &self.effects)?;
-        let drawings = self.plots.of_added(&study, &added, &self.effects)?;
+        let (steps, floors) = steps::added(&added, &self.effects.join(", "));
+        let drawings = self
+            .plots
+            .with_staircase(&study, &added.model, &steps, &floors)?;
         let page = self
             .report
-            .of_added(&study, &model, &added, &self.effects)?;
+            .page(Asked::of_added(&study, &model, (&added, &self.effects)))?;
         working.finish_and_clear();
         say(console, &added)?;
         if !added.helps && !self.force {

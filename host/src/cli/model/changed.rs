@@ -4,6 +4,7 @@ use crate::cli::console::Console;
 use crate::cli::report::Report;
 use crate::diagnose::changed::{self, Changed, ErrorThenNow};
 use crate::model::file::{AxisError, ModelFile};
+use crate::report::page::Asked;
 use crate::text::error::Result;
 use crate::text::table::{Table, percent, value_with_unit};
 use clap::Args;
@@ -33,7 +34,12 @@ impl Change {
         self.report.check(console, None, &study)?;
         working.set_message("comparing then and now");
         let (changed, now) = changed::changed(&study, &old, new.as_ref())?;
-        let page = self.report.of_change(&old, &changed, &now)?;
+        let page = self.report.page(Asked {
+            answer: Some(changed.in_a_sentence()),
+            before: now.model.as_ref().map(|_| &old),
+            judged_on: "new records".into(),
+            ..Asked::of_model(&now.study, now.model.as_ref().unwrap_or(&old))
+        })?;
         working.finish_and_clear();
         for source in &study.sources {
             for done in &source.time {

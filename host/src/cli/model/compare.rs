@@ -6,6 +6,7 @@ use crate::cli::console::Console;
 use crate::cli::plots::Plots;
 use crate::cli::report::Report;
 use crate::model::file::ModelFile;
+use crate::report::page::Asked;
 use crate::text::error::Result;
 use clap::Args;
 use std::path::PathBuf;
@@ -36,7 +37,10 @@ impl Compare {
         let found = compared(&study, &model)?;
         let comparison = &found.comparison;
         let drawings = self.plots.of_comparison(&study, &model, comparison)?;
-        let page = self.report.of_model(&study, &model, beside.as_ref())?;
+        let page = self.report.page(Asked {
+            before: beside.as_ref(),
+            ..Asked::of_model(&study, &model)
+        })?;
         working.finish_and_clear();
         console.say_first_checks(&study)?;
         console.say_notes(&study.notes)?;

@@ -10,6 +10,8 @@ use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Columns, Diagnosis, Found, Ranked, SearchOptions, Verdict};
 use crate::model::file::ModelFile;
 use crate::model::{corrections, effects};
+use crate::report::page::Asked;
+use crate::report::steps;
 use crate::text::error::{Error, Result};
 use crate::text::table::{Table, quantity};
 use clap::Args;
@@ -62,8 +64,15 @@ impl Diagnose {
             let each = |effect: &str| working.set_message(format!("adding {effect}"));
             let mut applied = apply::apply(&study, &model, &asked, &each)?;
             applied.first.notes.extend(notes);
-            let drawings = self.plots.of_applied(&study, &applied)?;
-            let page = self.report.of_applied(&study, &model, &applied)?;
+            let drawings = self.plots.with_staircase(
+                &study,
+                &applied.model,
+                &steps::applied(&applied),
+                &applied.staircase.noise_floor,
+            )?;
+            let page = self
+                .report
+                .page(Asked::of_applied(&study, &model, &applied))?;
             working.finish_and_clear();
             console.say_first_checks(&study)?;
             end(console, &output, &applied)?;
@@ -74,8 +83,15 @@ impl Diagnose {
         let mut diagnosis = diagnose::diagnose_with(&study, &model, &asked)?;
         diagnosis.notes.extend(notes);
         let moved = changed::moved(&study, &model)?;
-        let drawings = self.plots.of_diagnosis(&study, &model, &diagnosis)?;
-        let page = self.report.of_diagnosis(&study, &model, &diagnosis)?;
+        let drawings = self.plots.with_staircase(
+            &study,
+            &model,
+            &steps::found(&diagnosis),
+            &diagnosis.noise_floor,
+        )?;
+        let page = self
+            .report
+            .page(Asked::of_diagnosis(&study, &model, &diagnosis))?;
         working.finish_and_clear();
         console.say_first_checks(&study)?;
         say_moved(console, &moved)?;

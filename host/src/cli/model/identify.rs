@@ -10,6 +10,7 @@ use crate::fit::identify::{self, Identified, from_sums};
 use crate::fit::polynomial::{Method, PolynomialOptions};
 use crate::model::effects;
 use crate::model::file::ModelFile;
+use crate::report::page::Asked;
 use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
@@ -154,7 +155,7 @@ impl Identify {
                 (identified, Some(refined.refinement))
             }
         };
-        let page = self.page.of_model(&study, &identified.model, None)?;
+        let page = self.page.page(Asked::of_model(&study, &identified.model))?;
         working.finish_and_clear();
         identified.model.write(&self.output)?;
         console.say_first_checks(&study)?;
@@ -210,7 +211,7 @@ impl Identify {
             }
         };
         let page = match &study {
-            Some(study) => self.page.of_model(study, &identified.model, None)?,
+            Some(study) => self.page.page(Asked::of_model(study, &identified.model))?,
             None => None,
         };
         identified.model.write(&self.output)?;

@@ -8,6 +8,7 @@ use crate::fit::network::{
 };
 use crate::model::ModelAxis;
 use crate::study::Study;
+use crate::study::series::mean;
 use crate::text::error::{Error, Result};
 use crate::text::table::Table;
 use clap::Args;
@@ -134,7 +135,7 @@ impl<'a> Shown<'a> {
             *shares = vec![0.0; progress.trainings];
         }
         shares[progress.training] = progress.share_done;
-        let done = shares.iter().sum::<f64>() / shares.len() as f64;
+        let done = mean(shares);
         self.bar.set_position((PARTS * done) as u64);
         self.bar
             .set_message(line(progress, done, self.begun.elapsed().as_secs_f64()));

@@ -3,6 +3,7 @@
 use crate::cli::console::Console;
 use crate::cli::report::Report;
 use crate::model::file::ModelFile;
+use crate::report::page::Asked;
 use crate::simulate::respond::{self, Options};
 use crate::text::error::{Error, Result};
 use crate::text::output;
@@ -48,7 +49,9 @@ impl Respond {
             measured: self.measured,
         };
         let response = respond::respond(&study, &model, &options)?;
-        let page = self.report.of_response(&logged, &model, &response)?;
+        let page = self
+            .report
+            .page(Asked::of_response(&logged, &model, &response))?;
         working.finish_and_clear();
         if let Some(path) = &self.output {
             let [only] = response.records.as_slice() else {

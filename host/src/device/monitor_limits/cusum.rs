@@ -1,7 +1,8 @@
 //! Drift and threshold of one cumulative sum, from the values that its statistic takes on a healthy
 //! joint.
 
-use super::figures::{GROSS, MIN_BLOCKS, mean};
+use super::figures::{GROSS, MIN_BLOCKS};
+use crate::study::series::mean;
 use jointwatch_shared::monitor::limits::MAX_CUSUM;
 use jointwatch_shared::monitor::{MAX_OF_SHARE, OCTAVE, least_blocks, most_of_block};
 use serde::Serialize;

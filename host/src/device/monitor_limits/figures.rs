@@ -13,7 +13,3 @@ pub(super) fn quarters(threshold: f64) -> u8 {
         .ceil()
         .min(u8::MAX.into()) as u8
 }
-
-pub(super) fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}

@@ -32,6 +32,7 @@ mod trial;
 
 use crate::device::replay::SetUp;
 use crate::fit::errors::AT_REST_BELOW;
+use crate::study::series::{dot, mean, mean_square, spread};
 use crate::study::{Role, Study};
 use crate::text::error::{Error, Result};
 pub use board::BoardError;
@@ -39,9 +40,8 @@ pub use calibration::Calibration;
 use chained::ChainedRecord;
 pub use cusum::Healthy;
 use cusum::{gross_threshold, healthy};
-use figures::{GROSS, MIN_BLOCKS, mean, quarters};
+use figures::{GROSS, MIN_BLOCKS, quarters};
 use jointwatch_shared::base::Model;
-use jointwatch_shared::chain::RawSample;
 use jointwatch_shared::monitor::limits::{
     AxisLimits, CHANNELS, Cusum, Limits, MAX_CUSUM, TwoSided,
 };
@@ -287,7 +287,7 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
     let whole = |channel: usize| -> Vec<f64> {
         let samples = moving.iter().flat_map(|c| &c.samples);
         samples
-            .map(|s| f64::from(channels(&s.raw, axis)[channel]))
+            .map(|s| f64::from(s.raw[axis].counts()[channel]))
             .collect()
     };
     let moving_counts = std::array::from_fn(|channel| {
@@ -317,19 +317,6 @@ fn scales(chained_records: &[ChainedRecord], axis: usize) -> AxisLimits {
         gross: [u8::MAX; 2],
         moving_counts,
     }
-}
-
-/// Standard deviation, also of counts that vary little around a large one.
-fn spread(counts: &[f64]) -> f64 {
-    let mean = mean(counts);
-    let off: Vec<f64> = counts.iter().map(|count| count - mean).collect();
-    mean_square(&off).sqrt()
-}
-
-fn channels(raw: &RawSample, axis: usize) -> [i32; CHANNELS] {
-    let raw = &raw[axis];
-    let [far, near] = raw.displacement;
-    [far, near, raw.body, raw.acceleration, raw.force, raw.input]
 }
 
 /// The sums of every block that the monitor finishes over one record.
@@ -444,28 +431,16 @@ fn sides(series: &[Series], log_rarity: f64) -> [Healthy; 5] {
     })
 }
 
-fn mean_square(values: &[f64]) -> f64 {
-    values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64
-}
-
 /// Σab/√(Σa²·Σb²); 0 when either is 0 throughout.
 fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
     let size = (mean_square(a) * mean_square(b)).sqrt() * a.len() as f64;
-    if size > 0.0 { product / size } else { 0.0 }
+    if size > 0.0 { dot(a, b) / size } else { 0.0 }
 }
 
 #[cfg(test)]
 mod tests {
     use super::rate::band_every_log2;
-    use super::spread;
     use crate::signal::filters::Filters;
-
-    #[test]
-    fn a_channel_that_varies_little_around_a_large_count_is_seen_to_vary() {
-        let counts: Vec<f64> = (0..30_000).map(|n| 2e9 + f64::from(n % 8)).collect();
-        assert_eq!(spread(&counts).round(), 2.0);
-    }
 
     #[test]
     fn the_usual_rig_is_judged_at_every_fourth_sample() {

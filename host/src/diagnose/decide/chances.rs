@@ -5,11 +5,12 @@
 //! more than chance has a part in it: of two such sets the one with a number more has half the
 //! part. A set that holds another one of them has none, for it says nothing new.
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::learner::Taken;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::rank::ScoredHypothesis;
 use crate::model::effects::AxisEffect;
+use crate::study::series::{dot, mean};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use std::cmp::Ordering;
@@ -33,7 +34,7 @@ const IN_PLACE: f64 = std::f64::consts::LN_2;
 /// Mean and its standard error.
 pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
+    let mean = mean(values);
     let square: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     (mean, (square / (count - 1.0).max(1.0) / count).sqrt())
 }
@@ -51,7 +52,7 @@ pub(crate) fn is_gained(gains: &[f64]) -> bool {
 
 /// The same from their mean and its standard error.
 fn is_more_than_chance((mean, error): (f64, f64)) -> bool {
-    mean > error.max(CRITERIA.least_difference)
+    mean > error.max(criteria::LEAST_DIFFERENCE)
 }
 
 /// Whether unseen blocks speak against an effect, from the gain of each block that let it in and of
@@ -75,7 +76,7 @@ pub(crate) fn is_refuted(seen: &[f64], unseen: &[f64]) -> bool {
 /// a few.
 pub(crate) fn is_raised(from: &[f64], to: &[f64]) -> bool {
     let power = |logs: &[f64]| logs.iter().map(|log| log.exp()).sum::<f64>();
-    (power(to) / power(from)).ln() > CRITERIA.least_difference
+    (power(to) / power(from)).ln() > criteria::LEAST_DIFFERENCE
 }
 
 /// Sets of effects that are held against each other, the base among them.
@@ -104,7 +105,7 @@ impl<'a> Rivals<'a> {
     }
 
     fn mean(&self, at: usize, weights: &[f64]) -> f64 {
-        weighted(self.all[at].errors, weights) / weights.iter().sum::<f64>()
+        dot(self.all[at].errors, weights) / weights.iter().sum::<f64>()
     }
 
     /// Those that lose to the best by no more than chance, or by less than every model of a real
@@ -123,15 +124,19 @@ impl<'a> Rivals<'a> {
     fn is_as_good(&self, set: Judged<'_>, other: Judged<'_>, weights: &[f64]) -> bool {
         let whole: f64 = weights.iter().sum();
         let behind = falls(set.errors, other.errors);
-        let mean = weighted(&behind, weights) / whole;
+        let mean = dot(&behind, weights) / whole;
         let pairs = behind.iter().zip(weights);
         let square: f64 = pairs.map(|(b, w)| w * (b - mean).powi(2)).sum();
         let chance = (square / whole / whole)
             .sqrt()
-            .max(CRITERIA.least_difference);
+            .max(criteria::LEAST_DIFFERENCE);
         let small = set.power - other.power < self.least_share.powi(2);
         let in_place = !set.added.is_empty() && set.added.len() == other.added.len();
-        let clearly = if in_place { IN_PLACE } else { CRITERIA.clearly };
+        let clearly = if in_place {
+            IN_PLACE
+        } else {
+            criteria::CLEARLY
+        };
         mean <= chance || (small && mean < clearly)
     }
 
@@ -220,11 +225,6 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// Σ of values with their weights.
-fn weighted(values: &[f64], weights: &[f64]) -> f64 {
-    values.iter().zip(weights).map(|(v, w)| v * w).sum()
-}
-
 /// How likely it is that blocks gain, from the gain of each: the share of draws in which they do.
 pub(crate) fn chance_of_gain(gains: &[f64]) -> f64 {
     let mut rng = StdRng::seed_from_u64(0);
@@ -232,7 +232,7 @@ pub(crate) fn chance_of_gain(gains: &[f64]) -> f64 {
         let draws = (0..gains.len()).map(|_| gains[rng.random_range(0..gains.len())]);
         draws.sum::<f64>() / gains.len() as f64
     };
-    let gained = (0..DRAWS).filter(|_| drawn() > CRITERIA.least_difference);
+    let gained = (0..DRAWS).filter(|_| drawn() > criteria::LEAST_DIFFERENCE);
     gained.count() as f64 / DRAWS as f64
 }
 
@@ -268,7 +268,7 @@ impl Chances {
             }
             // Twelve even numbers make a normal one.
             let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-            let bound = CRITERIA.unknown * BOUND.powf(normal);
+            let bound = criteria::UNKNOWN * BOUND.powf(normal);
             let weights: Vec<f64> = block_of.iter().map(|&block| drawn[block]).collect();
             let power = |values: &mut dyn Iterator<Item = f64>| {
                 let [sum, whole] = values
@@ -284,7 +284,7 @@ impl Chances {
             let pieces = (of(laws) - of(decided)).max(0.0);
             let left = taken.before.iter().zip(&taken.after);
             let unnamed = pieces + power(&mut left.map(|(a, b)| a - b)).max(0.0);
-            let unknown = gain > CRITERIA.least_difference
+            let unknown = gain > criteria::LEAST_DIFFERENCE
                 && unnamed.sqrt() > rivals.least_share
                 && unnamed > bound * named;
             chances.unknown += if unknown { each } else { 0.0 };

@@ -1,12 +1,13 @@
 //! A curve without a law: the force as a polynomial of the displacement, of the velocity, or of
 //! both. Several laws in whose place such a curve predicts as well are pieces of it.
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::search::bench::{Bench, rows_of};
 use crate::diagnose::search::hypothesis::Column;
 use crate::diagnose::search::rank::ScoredHypothesis;
 use crate::diagnose::search::score::Score;
 use crate::model::effects::AxisEffect;
+use crate::study::series::mean;
 use std::sync::Arc;
 
 /// What a curve may be a function of, with how many polynomials are tried, those of the lowest
@@ -90,8 +91,7 @@ fn rank(
 fn in_turn(bench: &Bench<'_>, score: &Score) -> f64 {
     let folds = bench.blocks.folds[..bench.blocks.turns].iter();
     let errors = &score.log_errors[..folds.map(Vec::len).sum()];
-    let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-    mean + CRITERIA.price * score.numbers as f64
+    mean(errors) + criteria::PRICE * score.numbers as f64
 }
 
 /// Products of Chebyshev's polynomials of the states as columns of the axis, those of the lowest

@@ -4,13 +4,13 @@
 pub(super) mod chances;
 pub(super) mod curve;
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::learner::{Inputs, Knows, Left, Taken};
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::{Column, Hypothesis};
 use crate::diagnose::search::rank::{Field, ScoredHypothesis, look, rank};
 use crate::model::effects::AxisEffect;
-use crate::signal::statistics::rms;
+use crate::study::series::{dot, rms};
 use chances::{Chances, Rivals, falls, is_gained, mean_and_error};
 use curve::Curve;
 use rayon::prelude::*;
@@ -320,7 +320,7 @@ fn pruned(
         let added = decided.hypothesis.added().to_vec();
         let mut lost = lost_without_each(field, &decided);
         let least = lost.first().map_or(f64::INFINITY, |(lost, ..)| *lost);
-        let share = CRITERIA.least_importance * explained;
+        let share = criteria::LEAST_IMPORTANCE * explained;
         // No piece of another one's shape makes the error a third.
         let clearly = lost
             .first()
@@ -386,7 +386,7 @@ fn laws(
         let unnamed = without_name + (power(&laws) - power(decided)).max(0.0);
         let least = match of_curve.filter(|_| pieces > 1) {
             Some(least) => least,
-            None if without_name > 0.0 && unnamed > CRITERIA.unknown * each[0].0 => 0,
+            None if without_name > 0.0 && unnamed > criteria::UNKNOWN * each[0].0 => 0,
             None => break,
         };
         laws = each.swap_remove(least).2;
@@ -435,10 +435,8 @@ fn singles(
         .iter()
         .map(|l| left(l).iter().zip(&before).map(|(a, b)| b - a).collect())
         .collect();
-    let like = |a: &[f64], b: &[f64]| {
-        let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
-        dot(a, b) / (dot(a, a) * dot(b, b)).sqrt().max(f64::MIN_POSITIVE)
-    };
+    let like =
+        |a: &[f64], b: &[f64]| dot(a, b) / (dot(a, a) * dot(b, b)).sqrt().max(f64::MIN_POSITIVE);
     let named = singles.iter().enumerate().map(|(at, single)| {
         let bound = |at: usize| singles[at].hypothesis.added()[0];
         let good = |at: usize| as_good.contains(&bound(at));

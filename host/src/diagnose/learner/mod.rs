@@ -9,11 +9,12 @@
 
 pub(super) mod smooth;
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::hypothesis::Column;
 use crate::diagnose::search::score::NO_POWER;
 use crate::fit::trees::{Binned, SIZE, Trees};
+use crate::study::series::{mean, range};
 use crate::text::work;
 use rayon::prelude::*;
 use smooth::Smooth;
@@ -225,7 +226,7 @@ impl Inputs {
     ) -> Vec<f64> {
         for part in parts {
             let own = &mut left[part.start.div_ceil(self.step)..part.end.div_ceil(self.step)];
-            let mean = own.iter().sum::<f64>() / own.len().max(1) as f64;
+            let mean = mean(own);
             if mean.abs() <= small {
                 own.iter_mut().for_each(|value| *value -= mean);
             }
@@ -357,7 +358,7 @@ impl Inputs {
 
 /// A zero of force as a data sheet allows it, N or N·m.
 fn small_zero(bench: &Bench<'_>) -> f64 {
-    CRITERIA.zero * bench.records.applied_rms(bench.axis)
+    criteria::ZERO * bench.records.applied_rms(bench.axis)
 }
 
 /// The rows of every record.
@@ -373,12 +374,7 @@ fn records<'a>(bench: &'a Bench<'_>) -> impl Iterator<Item = Range<usize>> + 'a 
 /// far, record by record, each after what is known of the motion before it.
 fn memory(displacement: &[f64], records: &[usize], before: &[&[f64]]) -> [Vec<f64>; 4] {
     let mut out: [Vec<f64>; 4] = Default::default();
-    let low = displacement.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = displacement
-        .iter()
-        .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
-    let turn = TURN * (high - low);
+    let turn = TURN * range(displacement);
     let mut start = 0;
     for (&count, known) in records.iter().zip(before) {
         let part = &displacement[start..start + count];

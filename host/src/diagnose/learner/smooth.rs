@@ -3,6 +3,7 @@
 //! Science 11 (1996) 89–121).
 
 use crate::fit::least_squares::normal_equations::Cholesky;
+use crate::study::series::extent;
 use faer::Mat;
 
 /// Splines over the displacement and over the velocity.
@@ -26,8 +27,7 @@ impl Smooth {
     /// Splines over two states, for rows that belong to these blocks, numbered below `count`.
     pub(crate) fn new(states: [&[f64]; 2], block: &[usize], count: usize) -> Self {
         let ranges = states.map(|state| {
-            let low = state.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = state.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let [low, high] = extent(state.iter().copied());
             [low, (high - low).max(f64::MIN_POSITIVE)]
         });
         let at = |row: usize, way: usize| {

@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::hypothesis::{
     Column, Hypothesis, Part, driven, is_at_bound, is_replaced, is_turned, mean_product,
 };
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::fit::effects::are_enough;
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::projection::product;
@@ -14,8 +14,8 @@ use crate::fit::effects::slopes::{At, SHAPES_MOVE};
 use crate::fit::effects::unknowns::{MAX_FORCE, ShapeUnknown, column_bounds, shapes};
 use crate::fit::least_squares::bounded;
 use crate::model::effects::AxisEffect;
-use crate::signal::statistics::{peak, rms};
 use crate::study::quasi_static::is_without_meaning;
+use crate::study::series::{mean, peak, rms};
 use faer::Mat;
 use jointwatch_shared::effect::Entry;
 use std::ops::Range;
@@ -78,7 +78,7 @@ pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
     } else {
         ONE_CHANNEL
     };
-    channels * CRITERIA.least_share * moving(records, axis).sqrt()
+    channels * criteria::LEAST_SHARE * moving(records, axis).sqrt()
 }
 
 /// Mean square of an axis's force about its mean, beside its mean square: a load that stands still
@@ -86,7 +86,7 @@ pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
 fn moving(records: &Records<'_>, axis: usize) -> f64 {
     let force = &records.measured[rows_of(records, axis)];
     let power = mean_product(force, force).max(f64::MIN_POSITIVE);
-    let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
+    let mean = mean(force);
     (1.0 - mean * mean / power).max(0.0)
 }
 
@@ -204,9 +204,9 @@ impl<'a> Bench<'a> {
         let stated = self.records.doubtful_inertia(self.axis);
         let stated = stated.filter(|inertia| *inertia > 0.0);
         [
-            within("preload", CRITERIA.zero * applied),
-            stated.and_then(|stated| within("inertia_error", CRITERIA.gain * stated)),
-            within("time_delay", CRITERIA.lateness_s),
+            within("preload", criteria::ZERO * applied),
+            stated.and_then(|stated| within("inertia_error", criteria::GAIN * stated)),
+            within("time_delay", criteria::LATENESS_S),
         ]
         .into_iter()
         .flatten()

@@ -5,7 +5,8 @@
 //! every record and the blocks with the largest force are left out: these folds extrapolate, and
 //! tell physics from a flexible law that imitates it.
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
+use crate::study::series::{about_mean, mean, mean_square};
 use std::ops::Range;
 
 /// How many parts the blocks are dealt into; each is judged with values found on the others.
@@ -44,7 +45,7 @@ impl Blocks {
             let part = &power[start..start + count];
             let energy: f64 = part.iter().sum();
             energies.push(energy / whole);
-            let wanted = (CRITERIA.blocks as f64 * energy / whole).round() as usize;
+            let wanted = (criteria::BLOCKS as f64 * energy / whole).round() as usize;
             let wanted = wanted.clamp(1, (count / MIN_ROWS).max(1));
             let first = rows.len();
             let (mut sum, mut from) = (0.0, 0);
@@ -84,11 +85,7 @@ impl Blocks {
 
 /// The fifth of the blocks with the largest force, where it stands out.
 fn largest(force: &[f64], rows: &[Range<usize>]) -> Option<Vec<usize>> {
-    let size = |block: &Range<usize>| {
-        let part = &force[block.clone()];
-        let mean = part.iter().sum::<f64>() / part.len().max(1) as f64;
-        part.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / part.len().max(1) as f64
-    };
+    let size = |block: &Range<usize>| mean_square(&about_mean(&force[block.clone()]));
     let mut sizes: Vec<(f64, usize)> = rows.iter().map(size).zip(0..).collect();
     sizes.sort_by(|a, b| b.0.total_cmp(&a.0));
     let median = sizes.get(sizes.len() / 2)?.0.sqrt();
@@ -104,7 +101,7 @@ fn powers(force: &[f64], records: &[usize]) -> Vec<f64> {
     let mut start = 0;
     for &count in records {
         let part = &force[start..start + count];
-        let mean = part.iter().sum::<f64>() / count.max(1) as f64;
+        let mean = mean(part);
         let own: Vec<f64> = part.iter().map(|f| (f - mean).powi(2)).collect();
         let rest = REST * own.iter().sum::<f64>() / count.max(1) as f64;
         powers.extend(own.iter().map(|p| p + rest));

@@ -4,6 +4,7 @@
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::unknowns::{is_physical, reference};
 use crate::model::effects::AxisEffect;
+use crate::study::series::dot;
 use jointwatch_shared::effect::about::Role;
 use jointwatch_shared::units::Dimension;
 use std::sync::Arc;
@@ -191,5 +192,5 @@ pub(crate) fn driven(hypothesis: &Hypothesis, velocity: &[f64]) -> f64 {
 
 /// Mean of the products of two series: of a force and a velocity, the power.
 pub(crate) fn mean_product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / a.len().max(1) as f64
+    dot(a, b) / a.len().max(1) as f64
 }

@@ -11,7 +11,7 @@ pub(super) mod score;
 pub(crate) mod start;
 pub(super) mod zeros;
 
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::decide::chances::{falls, is_gained, is_raised, is_refuted, mean_and_error};
 use crate::diagnose::decide::{Decision, decide};
 use crate::diagnose::errors::{Unseen, relative_errors, shapes_of};
@@ -19,8 +19,8 @@ use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
-use crate::signal::statistics::rms;
 use crate::study::Axis;
+use crate::study::series::rms;
 use crate::text::error::Result;
 use crate::text::work;
 use bench::{Bench, least_share};
@@ -303,7 +303,7 @@ fn ways_to_follow(bench: &Bench<'_>, base: &Hypothesis, input: &'static str) -> 
         let squares = following(way).filter_map(|bound| bound.squared());
         left(&mut following(way).chain(squares))
     };
-    let is_less = |less: f64, than: f64| (than / less).ln() > CRITERIA.least_difference;
+    let is_less = |less: f64, than: f64| (than / less).ln() > criteria::LEAST_DIFFERENCE;
     // A force that rises and falls with the input shows its lag beside the square alone.
     let at_once = with_square(input);
     let longest_s = bench.records.longest_s();

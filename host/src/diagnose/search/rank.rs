@@ -5,7 +5,7 @@ use super::bench::Bench;
 use super::collect::Library;
 use super::hypothesis::{Hypothesis, Part};
 use super::score::Score;
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::model::effects::AxisEffect;
 use crate::text::work;
 use jointwatch_shared::effect::{Acts, Subsystem};
@@ -74,7 +74,7 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
     let mut all = vec![base];
     // How many were looked at in a first step that brought nothing.
     let mut alone: Option<usize> = None;
-    for step in 0..CRITERIA.depth {
+    for step in 0..criteria::DEPTH {
         let before = best_rank(&all);
         let mut moves: Vec<(Hypothesis, &[Part])> = Vec::new();
         for (place, from) in beam.iter().enumerate() {
@@ -104,7 +104,7 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
         };
         let mut tried: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
-        let best = tried.iter().take(SETTLED * CRITERIA.width);
+        let best = tried.iter().take(SETTLED * criteria::WIDTH);
         let mut moves: Vec<(Hypothesis, &[Part])> = best
             .flat_map(|looked| {
                 let squared = with_squares(field, &looked.hypothesis);
@@ -116,7 +116,7 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
         tried.extend(squared);
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
-        let most = SETTLED * CRITERIA.width;
+        let most = SETTLED * criteria::WIDTH;
         let rivals = tried.par_iter_mut().take(most);
         rivals.filter(|l| l.score.rank < near).for_each(|looked| {
             let refined = field.excerpt.refined(&looked.hypothesis, true, STEPS[1]);
@@ -126,18 +126,18 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
             }
         });
         tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
-        beam = tried.iter().take(CRITERIA.width).cloned().collect();
+        beam = tried.iter().take(criteria::WIDTH).cloned().collect();
         all.extend(tried);
         let gained = before - best_rank(&all);
         match (step, alone) {
             // Of two that help only together neither does by itself, so the first step ends
             // nothing.
-            (0, _) => alone = (gained < CRITERIA.price).then_some(all.len()),
+            (0, _) => alone = (gained < criteria::PRICE).then_some(all.len()),
             (1, Some(first)) if gained < TOGETHER => {
                 all.truncate(first);
                 break;
             }
-            _ if gained < CRITERIA.price => break,
+            _ if gained < criteria::PRICE => break,
             _ => {}
         }
     }
@@ -220,7 +220,7 @@ fn order(looked: &ScoredHypothesis) -> f64 {
         + if looked.sound {
             0.0
         } else {
-            CRITERIA.least_difference
+            criteria::LEAST_DIFFERENCE
         }
 }
 

@@ -3,8 +3,9 @@
 
 use super::bench::{Bench, LEARNT};
 use super::hypothesis::{Column, Hypothesis, Part, is_replaced};
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::fit::least_squares::bounded;
+use crate::study::series::mean;
 use faer::Mat;
 
 /// Error power that counts as none, beside that of the force.
@@ -28,7 +29,7 @@ impl Score {
     pub(crate) fn is_clearly_better(&self, than: &Self) -> bool {
         let pairs = than.log_errors.iter().zip(&self.log_errors);
         let gained: f64 = pairs.map(|(other, own)| other - own).sum();
-        gained > CRITERIA.clearly * self.log_errors.len() as f64
+        gained > criteria::CLEARLY * self.log_errors.len() as f64
     }
 }
 
@@ -96,9 +97,8 @@ impl Bench<'_> {
 
     /// A score from what is left of every judged block.
     pub(crate) fn score_of(&self, log_errors: Vec<f64>, squares: f64, numbers: usize) -> Score {
-        let mean = log_errors.iter().sum::<f64>() / log_errors.len().max(1) as f64;
         Score {
-            rank: mean + CRITERIA.price * numbers as f64,
+            rank: mean(&log_errors) + criteria::PRICE * numbers as f64,
             error: (squares / self.measured.len().max(1) as f64 / self.power).sqrt(),
             log_errors,
             numbers,

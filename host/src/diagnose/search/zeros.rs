@@ -8,11 +8,11 @@ use super::bench::{Bench, rows_of};
 use super::hypothesis::Hypothesis;
 use super::rank::look;
 use super::score::Score;
-use crate::diagnose::criteria::CRITERIA;
+use crate::diagnose::criteria;
 use crate::diagnose::decide::chances::{chance_of_gain, falls, is_gained, mean_and_error};
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
-use crate::study::survey::extent;
+use crate::study::series::{extent, mean};
 use jointwatch_shared::effect::Entry;
 
 /// The effects by which a model says so, the simpler one first.
@@ -119,7 +119,7 @@ pub(crate) fn own_zero(
         let better = judged(records, axis, hypothesis, Some(own)).log_errors;
         let applied = records.applied_rms(axis);
         if is_gained(&falls(&errors, &better))
-            && Zeros::of(records, hypothesis, own).size() > CRITERIA.zero * applied
+            && Zeros::of(records, hypothesis, own).size() > criteria::ZERO * applied
         {
             errors = better;
             found = Some(own);
@@ -176,7 +176,7 @@ impl Zeros {
             from += rows;
             let of = |part: &[f64]| match drifts {
                 true => slope(part) * records.thinned_rate_hz,
-                false => part.iter().sum::<f64>() / part.len().max(1) as f64,
+                false => mean(part),
             };
             0.5 * (of(first) - of(last))
         });
@@ -217,7 +217,8 @@ impl Zeros {
     pub(crate) fn size(&self) -> f64 {
         let all = || self.of_records.iter().copied();
         if !self.drift() {
-            return all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+            let [low, high] = extent(all());
+            return high - low;
         }
         let whole: f64 = self.lengths_s.iter().sum();
         let records = self.of_records.iter().zip(&self.lengths_s);

@@ -11,7 +11,7 @@ use crate::model::per_record;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::signal::fir::{apply_every, thinning};
 use crate::signal::motion::Motion;
-use crate::study::survey::extent;
+use crate::study::series::extent;
 use crate::study::{Axis, Convention};
 use jointwatch_shared::base::terms::EffectValues;
 use jointwatch_shared::effect::about::{Parameter, Role, Shape};

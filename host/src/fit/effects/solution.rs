@@ -7,8 +7,8 @@ use super::starts;
 use super::unknowns::{self, MAX_FORCE, ShapeUnknown, is_physical};
 use crate::fit::least_squares::levenberg_marquardt::SMALL_GAIN;
 use crate::model::effects::AxisEffect;
-use crate::signal::statistics::rms;
 use crate::study::Axis;
+use crate::study::series::{mean, peak, rms};
 use crate::text::error::{Error, Result};
 use jointwatch_shared::base::terms::EffectValues;
 use rayon::prelude::*;
@@ -300,9 +300,8 @@ fn residual_weights(records: &Records<'_>, residual: &[f64]) -> Vec<f64> {
         .chunks_exact(rows)
         .enumerate()
         .map(|(axis, part)| {
-            let rms = (part.iter().map(|r| r * r).sum::<f64>() / rows as f64).sqrt();
             // An axis that is explained to the last digit must not drown the other one.
-            1.0 / rms.max(1e-9 * records.references.force[axis])
+            1.0 / rms(part).max(1e-9 * records.references.force[axis])
         })
         .collect()
 }
@@ -331,8 +330,8 @@ pub(crate) fn are_enough(records: &Records<'_>, terms: &[AxisEffect], besides: u
 fn check_forces(records: &Records<'_>, axes: &[Axis]) -> Result<()> {
     let rows = records.rows_per_axis();
     for (axis, force) in axes.iter().zip(records.measured.chunks_exact(rows)) {
-        let mean = force.iter().sum::<f64>() / rows as f64;
-        let largest = force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        let mean = mean(force);
+        let largest = peak(force);
         if force
             .iter()
             .all(|f| (f - mean).abs() <= UNCHANGING * largest)

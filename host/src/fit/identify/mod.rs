@@ -24,6 +24,7 @@ use crate::model::{FollowedInput, InputRange, ModelAxis, ModelEffect};
 use crate::signal::motion::{self, Filters, Motion};
 use crate::signal::standstill;
 use crate::study::quasi_static::is_without_meaning;
+use crate::study::series::extent;
 use crate::study::{Axis, Role, Study};
 use crate::text::date;
 use crate::text::error::{Error, Result};
@@ -280,13 +281,7 @@ fn followed(found: &FitResult, training: &[&Motion]) -> Vec<FollowedInput> {
             .iter()
             .filter_map(|motion| motion.input(name))
             .flatten();
-        let [least, most] = series.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &value| {
-            [a.min(value), b.max(value)]
-        });
-        InputRange {
-            center: 0.5 * (least + most),
-            half_range: 0.5 * (most - least),
-        }
+        InputRange::of(extent(series.copied()))
     };
     let all = names.into_iter().map(|name| FollowedInput {
         name: name.into(),

@@ -32,6 +32,7 @@ use super::polynomial::{check_records, input_ranges};
 use crate::model::InputRange;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::study::series::extent;
 use crate::text::error::{Error, Result};
 use crate::text::table::short;
 use options::parameters;
@@ -49,13 +50,8 @@ const CONSTANT: f64 = 1e-12;
 fn output_ranges(axes: &[Axis], pieces: &[Piece<'_>]) -> Result<Vec<InputRange>> {
     let range = |(index, axis): (usize, &Axis)| {
         let values = pieces.iter().flat_map(|piece| piece.forces[index]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (v.min(low), v.max(high))
-        });
-        let range = InputRange {
-            center: 0.5 * (high + low),
-            half_range: 0.5 * (high - low),
-        };
+        let [low, high] = extent(values.copied());
+        let range = InputRange::of([low, high]);
         let size = low.abs().max(high.abs());
         if range.half_range <= CONSTANT * size {
             return Err(Error::data(format!(

@@ -12,8 +12,6 @@ use std::sync::atomic::AtomicBool;
 pub enum Stop {
     /// There was nothing more to gain.
     Converged(Converged),
-    /// The data, or the numbers made of them, cannot be trained on.
-    BadInput(BadInput),
     /// It was ended before that.
     GaveUp(GaveUp),
 }
@@ -48,7 +46,6 @@ impl fmt::Display for Stop {
         f.write_str(match self {
             Self::Converged(Converged::SmallSteps) => "converged, steps gained too little",
             Self::Converged(Converged::Level) => "converged, no step went further down",
-            Self::BadInput(BadInput::NotFinite) => "bad input, a value was not finite",
             Self::GaveUp(GaveUp::StepLimit) => "gave up at the limit of steps",
             Self::GaveUp(GaveUp::Interrupted) => "gave up when interrupted",
         })

@@ -14,7 +14,7 @@ use super::restarts;
 use super::rows::{Piece, Rows};
 use crate::fit::errors::{AT_REST_BELOW, Sums};
 use crate::model::InputRange;
-use crate::study::survey::extent;
+use crate::study::series::extent;
 use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 

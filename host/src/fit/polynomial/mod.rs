@@ -11,6 +11,7 @@ use super::least_squares::normal_equations;
 use crate::model::{InputRange, Polynomial, exponents};
 use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::study::series::extent;
 use crate::text::error::{Error, Result};
 use crate::text::table::short;
 
@@ -96,20 +97,20 @@ pub fn input_ranges(motions: &[&Motion], input: Option<&str>) -> Vec<InputRange>
     (0..inputs)
         .map(|at| {
             let values = states.iter().filter_map(|s| s.get(at)).copied().flatten();
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-                (v.min(low), v.max(high))
-            });
-            range(low, high)
+            range(extent(values.copied()))
         })
         .collect()
 }
 
-/// The range of an input that went from `low` to `high`.
-pub(super) fn range(low: f64, high: f64) -> InputRange {
-    let half_range = 0.5 * (high - low);
-    InputRange {
-        center: 0.5 * (high + low),
-        half_range: if half_range > 0.0 { half_range } else { 1.0 },
+/// The range of an input that went from one of the `ends` to the other.
+pub(super) fn range(ends: [f64; 2]) -> InputRange {
+    let range = InputRange::of(ends);
+    match range.half_range > 0.0 {
+        true => range,
+        false => InputRange {
+            half_range: 1.0,
+            ..range
+        },
     }
 }
 

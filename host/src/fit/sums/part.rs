@@ -263,11 +263,7 @@ impl Part {
 
     /// The range of each state over all records.
     pub(in crate::fit) fn ranges(&self) -> Vec<InputRange> {
-        self.head
-            .ranges
-            .iter()
-            .map(|[low, high]| range(*low, *high))
-            .collect()
+        self.head.ranges.iter().copied().map(range).collect()
     }
 
     /// How far the records went beyond the plan's range, as a factor; 1 when they stayed inside.

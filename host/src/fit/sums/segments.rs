@@ -9,8 +9,8 @@
 
 use super::plan::Plan;
 use crate::signal::motion::{self, Motion};
-use crate::signal::statistics::rms;
 use crate::study::description::written;
+use crate::study::series::{mean, rms, spread};
 use crate::study::{Record, Role, Study, own_name};
 use crate::text::error::{Error, Result};
 use crate::text::hexadecimal::hexadecimal;
@@ -311,10 +311,9 @@ fn cell(plan: &Plan, motion: &Motion, [start, end]: [usize; 2], time: usize) -> 
             let values = series.iter().map(|v| range.normalise(*v));
             values.collect::<Vec<f64>>()
         });
-        let mean = place.iter().sum::<f64>() / place.len().max(1) as f64;
-        let swing: Vec<f64> = place.iter().map(|u| u - mean).collect();
+        let mean = mean(&place);
         cell.push((0.5 * (mean + 1.0) * PLACES).floor().clamp(-1.0, PLACES) as i32);
-        cell.push(octave(rms(&swing)));
+        cell.push(octave(spread(&place)));
         cell.push(octave(rms(&speed)));
     }
     cell

@@ -11,6 +11,7 @@ use crate::fit::polynomial::{legendre, ridge};
 use crate::model::file::{Base, ModelFile};
 use crate::model::{InputRange, Network, Polynomial, exponents};
 use crate::signal::motion::Motion;
+use crate::study::series::dot;
 use crate::text::error::{Error, Result};
 use faer::Mat;
 use rayon::prelude::*;
@@ -186,8 +187,7 @@ fn of_network(network: &Network, motions: &[Vec<&[f64]>], records: &Records<'_>)
             let Some(weights) = network.hidden_weights.get(neuron) else {
                 return 1.0;
             };
-            let argument: f64 = weights.iter().zip(u).map(|(w, u)| w * u).sum();
-            (argument + network.hidden_bias[neuron]).tanh()
+            (dot(weights, u) + network.hidden_bias[neuron]).tanh()
         },
     )
 }

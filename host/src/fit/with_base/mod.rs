@@ -23,6 +23,7 @@ use crate::model::effects::AxisEffect;
 use crate::model::file::{AxisError, Base, ModelFile};
 use crate::signal::motion::Motion;
 use crate::study::Axis;
+use crate::study::series::mean;
 use crate::text::error::{Error, Result};
 use blocks::{Folds, held_out};
 use faer::Mat;
@@ -138,7 +139,7 @@ impl<'a> OnRecords<'a> {
             let force = self.records.force(bound, values);
             let axes = force.chunks_exact(rows).zip(&projections);
             axes.map(|(force, projection)| {
-                let mean = force.iter().sum::<f64>() / rows as f64;
+                let mean = mean(force);
                 let whole: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
                 let followed = projection.follow(&projection.factors(force));
                 let left = force.iter().zip(&followed);
@@ -191,7 +192,7 @@ impl<'a> OnRecords<'a> {
         let axes = self.axes.iter().zip(self.measured()).zip(squares);
         let error = |((axis, force), squares): ((&Axis, &[f64]), Vec<f64>)| {
             let error: f64 = squares.iter().sum();
-            let mean = force.iter().sum::<f64>() / force.len() as f64;
+            let mean = mean(force);
             let about_mean: f64 = force.iter().map(|f| (f - mean) * (f - mean)).sum();
             let square: f64 = force.iter().map(|f| f * f).sum();
             AxisError {

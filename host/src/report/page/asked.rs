@@ -13,7 +13,7 @@ use crate::study::{Role, Study};
 pub struct Asked<'a> {
     /// The answer in one sentence, where the command has one of its own.
     pub answer: Option<String>,
-    /// The command as it was typed.
+    /// The command as it was typed; whoever asks for the page says it.
     pub command: String,
     /// The study as it was logged.
     pub study: &'a Study,
@@ -39,11 +39,11 @@ pub struct Asked<'a> {
 
 impl<'a> Asked<'a> {
     /// A model on its study.
-    pub fn of_model(command: String, study: &'a Study, model: &'a ModelFile) -> Self {
+    pub fn of_model(study: &'a Study, model: &'a ModelFile) -> Self {
         let validates = study.records.iter().any(|r| r.role == Role::Validate);
         Self {
             answer: None,
-            command,
+            command: String::new(),
             study,
             model,
             before: None,
@@ -61,29 +61,19 @@ impl<'a> Asked<'a> {
     }
 
     /// The model that was diagnosed, with the candidates.
-    pub fn of_diagnosis(
-        command: String,
-        study: &'a Study,
-        model: &'a ModelFile,
-        diagnosis: &'a Diagnosis,
-    ) -> Self {
+    pub fn of_diagnosis(study: &'a Study, model: &'a ModelFile, diagnosis: &'a Diagnosis) -> Self {
         Self {
             steps: steps::found(diagnosis),
             floors: Some(diagnosis.noise_floor.clone()),
             judged_on: diagnosis.judged_on.words().into(),
             diagnosis: Some(diagnosis),
             remarks: diagnosis.notes.clone(),
-            ..Self::of_model(command, study, model)
+            ..Self::of_model(study, model)
         }
     }
 
     /// A model with everything that was missing, beside the one `before`.
-    pub fn of_applied(
-        command: String,
-        study: &'a Study,
-        before: &'a ModelFile,
-        applied: &'a Applied,
-    ) -> Self {
+    pub fn of_applied(study: &'a Study, before: &'a ModelFile, applied: &'a Applied) -> Self {
         let steps = steps::applied(applied);
         let mut remarks = applied.first.notes.clone();
         remarks.extend(applied.not_kept());
@@ -96,13 +86,12 @@ impl<'a> Asked<'a> {
             diagnosis: Some(&applied.first),
             verdict_after: Some(applied.last.verdict),
             remarks,
-            ..Self::of_model(command, study, &applied.model)
+            ..Self::of_model(study, &applied.model)
         }
     }
 
     /// The wider model, beside the one `before`, with the effects that were added.
     pub fn of_added(
-        command: String,
         study: &'a Study,
         before: &'a ModelFile,
         (added, effects): (&'a Added, &[String]),
@@ -113,20 +102,15 @@ impl<'a> Asked<'a> {
             steps,
             floors: Some(floors),
             judged_on: added.errors.judged_on.words().into(),
-            ..Self::of_model(command, study, &added.model)
+            ..Self::of_model(study, &added.model)
         }
     }
 
     /// A model with the motion that it gives the rig.
-    pub fn of_response(
-        command: String,
-        study: &'a Study,
-        model: &'a ModelFile,
-        response: &'a Response,
-    ) -> Self {
+    pub fn of_response(study: &'a Study, model: &'a ModelFile, response: &'a Response) -> Self {
         Self {
             response: Some(response),
-            ..Self::of_model(command, study, model)
+            ..Self::of_model(study, model)
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::model::effects::is_correction;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::report::axis_history;
 use crate::signal::motion::{self, Motion, low_pass};
+use crate::study::series::dot;
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
@@ -145,21 +146,20 @@ fn force(
 
 /// Takes out of a series what a sum of others can explain, by Gram–Schmidt.
 fn remove(series: &mut [f64], others: &[&[f64]]) {
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for other in others {
         let mut direction = other.to_vec();
         for known in &basis {
-            let share = product(&direction, known) / product(known, known);
+            let share = dot(&direction, known) / dot(known, known);
             let pairs = direction.iter_mut().zip(known);
             pairs.for_each(|(d, k)| *d -= share * k);
         }
-        if product(&direction, &direction) > 1e-12 * product(other, other) {
+        if dot(&direction, &direction) > 1e-12 * dot(other, other) {
             basis.push(direction);
         }
     }
     for direction in &basis {
-        let share = product(series, direction) / product(direction, direction);
+        let share = dot(series, direction) / dot(direction, direction);
         let pairs = series.iter_mut().zip(direction);
         pairs.for_each(|(s, d)| *s -= share * d);
     }

@@ -11,6 +11,7 @@
 use super::contents::{Correlation, SpectrumContents};
 use crate::report::axis_history::AxisHistory;
 use crate::signal::spectrum::Accumulator;
+use crate::study::series::about_mean;
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -80,9 +81,7 @@ pub(super) fn correlations(histories: &[AxisHistory], rate: f64, band_hz: f64) -
 fn thinned(series: &[f64], step: usize) -> Vec<f64> {
     let all: Vec<f64> = series.iter().step_by(step).copied().collect();
     let spare = all.len().saturating_sub(MAX_ROWS) / 2;
-    let some = &all[spare..all.len() - spare];
-    let mean = some.iter().sum::<f64>() / some.len().max(1) as f64;
-    some.iter().map(|v| v - mean).collect()
+    about_mean(&all[spare..all.len() - spare])
 }
 
 /// The coefficient of the residual (or of surrogates in its place), `lag` rows later, with series

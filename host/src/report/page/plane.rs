@@ -2,7 +2,7 @@
 
 use super::contents::{Curve, Plane};
 use crate::report::axis_history::AxisHistory;
-use crate::study::survey::extent;
+use crate::study::series::{extent, mean, rms};
 
 /// Cells across and up.
 const CELLS: [usize; 2] = [40, 26];
@@ -99,7 +99,7 @@ pub(super) fn curve(quantity: &[f64], residual: &[f64], range: [f64; 2]) -> Curv
         bin.sort_by(f64::total_cmp);
         let width = (range[1] - range[0]) / BINS as f64;
         curve.at.push(range[0] + (index as f64 + 0.5) * width);
-        curve.mean.push(bin.iter().sum::<f64>() / bin.len() as f64);
+        curve.mean.push(mean(bin));
         curve.low.push(bin[bin.len() / 10]);
         curve.high.push(bin[bin.len() - 1 - bin.len() / 10]);
     }
@@ -109,8 +109,7 @@ pub(super) fn curve(quantity: &[f64], residual: &[f64], range: [f64; 2]) -> Curv
 /// Seconds since the velocity last changed sign, row by row; not a number before the first
 /// reversal.
 pub(super) fn since_reversal(velocity: &[f64], rate: f64) -> Vec<f64> {
-    let rows = velocity.len().max(1) as f64;
-    let limit = REVERSED * (velocity.iter().map(|v| v * v).sum::<f64>() / rows).sqrt();
+    let limit = REVERSED * rms(velocity);
     let mut since = vec![f64::NAN; velocity.len()];
     // The side that it was last clearly on, the last crossing of zero, and the reversal that is
     // counted from.

@@ -2,6 +2,7 @@
 //! small.
 
 use super::contents::Packed;
+use crate::study::series::extent;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
@@ -33,11 +34,7 @@ pub(super) fn kept_rows(rows: usize, series: &[&[f64]], budget: usize) -> Vec<us
 /// range.
 pub(super) fn packed(series: &[f64], rows: &[usize]) -> Packed {
     let values = || rows.iter().map(|row| series[*row]);
-    let (low, high) = values()
-        .filter(|v| v.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| {
-            (low.min(v), high.max(v))
-        });
+    let [low, high] = extent(values().filter(|v| v.is_finite()));
     let middle = if low.is_finite() {
         0.5 * (low + high)
     } else {

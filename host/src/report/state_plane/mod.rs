@@ -8,7 +8,7 @@ use crate::report::axis_history::AxisHistory;
 use crate::report::figure::{failed, limits};
 use crate::report::quantity::{Quantity, tick};
 use crate::report::style;
-use crate::signal::statistics::peak;
+use crate::study::series::peak;
 use crate::text::error::{Error, Result};
 use crate::text::table::rounded;
 use cells::{Cells, share};

@@ -5,6 +5,7 @@ use crate::fit::errors::AT_REST_BELOW;
 use crate::model::file::ModelFile;
 use crate::signal::spectrum::Spectrum;
 use crate::study::Study;
+use crate::study::series::spread;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -72,13 +73,6 @@ pub struct Drift {
     pub force_error: f64,
     /// RMS of the displacement about its mean, m or rad.
     pub displacement: f64,
-}
-
-/// Root mean square about the mean.
-pub(super) fn spread(series: &[f64]) -> f64 {
-    let mean = series.iter().sum::<f64>() / series.len().max(1) as f64;
-    let square = series.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>();
-    (square / series.len().max(1) as f64).sqrt()
 }
 
 /// 100·⟨(x−x̂)²⟩/var x, percent, over the rows that were simulated.

@@ -5,15 +5,15 @@
 //! motion and is prescribed; `b` is simulated. In a study that has the relative displacement alone
 //! the far side rests, as it does in the equation of motion from which the model was learnt.
 
-use super::compare::{self, Drift};
+use super::compare::Drift;
 use super::run::{Follower, MeasuredMotion, Mechanism};
 use crate::fit::errors::AT_REST_BELOW;
 use crate::model::file::ModelFile;
 use crate::model::scalar::HostScalar;
 use crate::signal::fir::apply;
 use crate::signal::motion::{Motion, low_pass};
-use crate::signal::statistics::rms;
 use crate::simulate::{self, Contact, Equations, Excitation, JointLaw};
+use crate::study::series::{rms, spread};
 use crate::study::time::resample::finer;
 use crate::study::{Axis, Channels, Controller, Convention, Study};
 use crate::text::error::{Error, Result};
@@ -234,7 +234,7 @@ impl DrivenBody {
         let mut drifts = Vec::new();
         for (i, axis) in self.axes.iter().enumerate() {
             let [d, v] = [2 * i, 2 * i + 1].map(|input| self.motion.states[input].as_slice());
-            let displacement = compare::spread(d);
+            let displacement = spread(d);
             if displacement < AT_REST_BELOW * largest[i] {
                 continue;
             }

@@ -27,6 +27,7 @@ use crate::model::file::ModelFile;
 use crate::model::scalar::HostScalar;
 use crate::signal::motion::{self, Motion};
 use crate::simulate::{Contact, JointLaw, SUBSTEPS};
+use crate::study::series::spread;
 use crate::study::{Convention, Study};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::nearest::suggestion;
@@ -209,7 +210,7 @@ fn largest_displacement(study: &Study, motions: &[Motion]) -> Vec<f64> {
     let largest = |axis: usize| {
         motions
             .iter()
-            .map(|m| compare::spread(&m.states[2 * axis]))
+            .map(|m| spread(&m.states[2 * axis]))
             .fold(0.0, f64::max)
     };
     (0..study.axes.len()).map(largest).collect()

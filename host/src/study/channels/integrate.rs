@@ -10,6 +10,7 @@
 //! measured acceleration in low-frequency dominant structures, Int. J. Numer. Methods Eng. 82
 //! (2010); iterated as in Hanke and Hansen, Surv. Math. Ind. 3 (1993).
 
+use crate::study::series::mean;
 use realfft::RealFftPlanner;
 
 /// Passes of the regularised integration.
@@ -41,7 +42,7 @@ pub(crate) fn displacement_of(acceleration: &[f64], period_s: f64, above_hz: f64
     if rows < 5 {
         return vec![0.0; rows];
     }
-    let mean = acceleration.iter().sum::<f64>() / rows as f64;
+    let mean = mean(acceleration);
     // The second difference of a displacement follows its second derivative by this mean of three
     // (Numerov) with an error of order T⁴.
     let mut left: Vec<f64> = acceleration
@@ -130,7 +131,7 @@ pub(crate) fn lowest_frequency(acceleration: &[f64], rate_hz: f64) -> Option<f64
     if rows < 32 {
         return None;
     }
-    let mean = acceleration.iter().sum::<f64>() / rows as f64;
+    let mean = mean(acceleration);
     let hann = |row: usize| 1.0 - (std::f64::consts::TAU * row as f64 / rows as f64).cos();
     let each = acceleration.iter().enumerate();
     let mut windowed: Vec<f64> = each.map(|(row, a)| hann(row) * (a - mean)).collect();

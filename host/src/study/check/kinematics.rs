@@ -5,6 +5,8 @@
 //! with that triangle, must equal it, and a longer lag lowers the noise of both alike. The same
 //! holds for velocities.
 
+use crate::study::series::mean;
+
 /// Lags tried, in samples.
 pub(crate) const LAGS: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
 
@@ -89,8 +91,7 @@ pub(crate) struct Likeness {
 /// Correlation and gain of `first` against `second`, means taken off.
 pub(crate) fn likeness(first: &[f64], second: &[f64]) -> Likeness {
     let count = first.len().min(second.len());
-    let mean = |s: &[f64]| s[..count].iter().sum::<f64>() / count.max(1) as f64;
-    let (a, b) = (mean(first), mean(second));
+    let (a, b) = (mean(&first[..count]), mean(&second[..count]));
     let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
     for (x, y) in first.iter().zip(second) {
         let (x, y) = (x - a, y - b);

@@ -1,6 +1,8 @@
 //! A small least-squares fit over blocks of rows, with errors from leaving out one block at a time:
 //! enough to be sure of a sign.
 
+use crate::study::series::dot;
+
 /// Sums over one block of rows.
 struct Block {
     gram: Vec<Vec<f64>>,
@@ -125,7 +127,7 @@ impl Linear {
             }
         }
         let jackknife = (count - 1) as f64 / count as f64;
-        let explained: f64 = all.iter().zip(&target).map(|(c, t)| c * t).sum();
+        let explained = dot(&all, &target);
         let variance = self.target_square - self.target_sum * self.target_sum / self.rows as f64;
         let mut fitted = Fitted {
             coefficients: vec![0.0; self.columns],

@@ -5,6 +5,8 @@
 //! excursion is one row long: its neighbours take part in it. What counts is how far a row is from
 //! the middle of its neighbours, beside the same of the rows around it and of the usual row.
 
+use crate::study::series::extent;
+
 /// So many times as far as any row around it, and as 99 of 100 rows of the channel. On measured
 /// logs an impact, a step of a command and a coarse counter come to 5; a wrong sign of a usual
 /// value comes to 20 and more.
@@ -135,12 +137,9 @@ pub(crate) fn impossible(series: &[f64], alone: &[Lone]) -> Option<usize> {
         return None;
     }
     let mut rows = alone.iter().map(|lone| lone.row).peekable();
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for (row, value) in series.iter().enumerate() {
-        if rows.next_if_eq(&row).is_none() {
-            (low, high) = (low.min(*value), high.max(*value));
-        }
-    }
+    let others = series.iter().enumerate();
+    let others = others.filter(|(row, _)| rows.next_if_eq(row).is_none());
+    let [low, high] = extent(others.map(|(_, value)| *value));
     let range = (high - low).max(0.0);
     // Beside a channel that is constant everything is far: a pulse that lasts a row, perhaps.
     let far = |lone: &&Lone| range > 0.0 && lone.off > IMPOSSIBLE * range;

@@ -20,6 +20,7 @@ pub(super) use inputs::inputs;
 
 use super::plan::{AxisPlan, Plan};
 use super::{Channels, Record, Study};
+use crate::study::series::extent;
 use crate::text::error::{Error, Result};
 
 /// An axis moves in a record when an encoder spans at least this share of what it spans in its
@@ -134,10 +135,6 @@ fn traces(plan: &AxisPlan, records: &[Record], axis: usize) -> Vec<Trace> {
 }
 
 fn span(series: &[f64]) -> f64 {
-    let (low, high) = series
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(*x), high.max(*x))
-        });
+    let [low, high] = extent(series.iter().copied());
     high - low
 }

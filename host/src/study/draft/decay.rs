@@ -1,7 +1,7 @@
 //! The free decays in a log: from where the body is let go until it is taken up again.
 
 use crate::study::quasi_static::direction_beyond;
-use crate::study::survey::extent;
+use crate::study::series::extent;
 
 /// A swing over less than this part of the log's range is noise, or rest.
 const LEAST_SWING: f64 = 0.05;

@@ -8,6 +8,7 @@
 
 use super::parts::{Log, UserChoices};
 use super::trial::{BETTER, DERIVATIVE, LOSSY, with_work};
+use crate::study::series::about_mean;
 use crate::study::survey::{Survey, SurveyedColumn};
 
 /// Correlation of displacement and force from which on the sign of the stiffness is told.
@@ -148,10 +149,6 @@ struct Sums {
 
 impl Sums {
     fn add(&mut self, a: &[f64], b: &[f64]) {
-        let about_mean = |series: &[f64]| -> Vec<f64> {
-            let mean = series.iter().sum::<f64>() / series.len() as f64;
-            series.iter().map(|value| value - mean).collect()
-        };
         let (a, b) = (about_mean(a), about_mean(b));
         for (a, b) in a.iter().zip(&b) {
             self.products[0] += a * a;

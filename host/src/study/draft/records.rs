@@ -2,7 +2,8 @@
 
 use super::parts::{DraftAxis, DraftRecord};
 use crate::study::Role;
-use crate::study::survey::{Survey, extent};
+use crate::study::series::extent;
+use crate::study::survey::Survey;
 
 /// The part of a single record that validates: the last that moves within what the others do.
 const SPLIT: f64 = 0.3;

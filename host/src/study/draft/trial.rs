@@ -7,7 +7,8 @@ use crate::study::channels::integrate::{displacement_of, integral, lowest_freque
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{Likeness, alike, derivative_likeness, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
-use crate::study::survey::{Survey, SurveyedColumn, range};
+use crate::study::series::range;
+use crate::study::survey::{Survey, SurveyedColumn};
 use crate::text::error::{Error, Result};
 use std::borrow::Cow;
 

@@ -11,7 +11,7 @@ mod slips;
 
 use super::check::kinematics::{Likeness, clear_lag, derivative_likeness, motion};
 use super::description::{ChannelTable, Description, Source};
-use super::survey::range;
+use super::series::{range, spread};
 use super::{AxisKind, Channels, Convention, Record, Study};
 use slips::{ANGULAR_SLIPS, Cure, LINEAR_SLIPS, SPEED_SLIPS, Slip, TURNING_SLIPS};
 
@@ -145,7 +145,7 @@ impl Axis<'_> {
             .iter()
             .map(|record| {
                 let channels = &record.axes[self.index];
-                (deviation(&channels.relative_displacement()), record)
+                (spread(&channels.relative_displacement()), record)
             })
             .collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -355,13 +355,6 @@ impl Axis<'_> {
             )
         })
     }
-}
-
-/// The standard deviation of a series.
-fn deviation(series: &[f64]) -> f64 {
-    let count = series.len().max(1) as f64;
-    let mean = series.iter().sum::<f64>() / count;
-    (series.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 /// A factor as a person says it.

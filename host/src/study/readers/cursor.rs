@@ -27,3 +27,33 @@ impl<'a> Cursor<'a> {
             .fold(0, |sum, b| (sum << 8) | u64::from(*b)))
     }
 }
+
+/// How a number is stored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Number {
+    pub(super) float: bool,
+    pub(super) signed: bool,
+    pub(super) big_endian: bool,
+    pub(super) size: usize,
+}
+
+impl Number {
+    /// The number in as many bytes as its size says.
+    pub(super) fn value(&self, bytes: &[u8]) -> f64 {
+        let mut wide = [0; 8];
+        for (to, from) in wide.iter_mut().zip(bytes) {
+            *to = *from;
+        }
+        if self.big_endian {
+            wide[..self.size].reverse();
+        }
+        let bits = u64::from_le_bytes(wide);
+        let unused = 64 - 8 * self.size as u32;
+        match (self.float, self.size, self.signed) {
+            (true, 4, _) => f64::from(f32::from_bits(bits as u32)),
+            (true, _, _) => f64::from_bits(bits),
+            (false, _, true) => ((bits << unused) as i64 >> unused) as f64,
+            (false, _, false) => bits as f64,
+        }
+    }
+}

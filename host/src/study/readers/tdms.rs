@@ -5,6 +5,7 @@
 //! object descriptions and raw data. A file that was cut off is read up to the last whole chunk of
 //! its last segment, which is reported.
 
+use super::cursor::Number;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;
 use std::collections::BTreeMap;
@@ -108,23 +109,15 @@ impl<'a> Cursor<'a> {
     }
 
     fn u32(&mut self) -> std::result::Result<u32, &'static str> {
-        let raw = self.take(4)?;
-        let raw = [raw[0], raw[1], raw[2], raw[3]];
-        Ok(if self.big {
-            u32::from_be_bytes(raw)
-        } else {
-            u32::from_le_bytes(raw)
-        })
+        Ok(self.whole(4)? as u32)
     }
 
-    fn u64(&mut self) -> std::result::Result<u64, &'static str> {
-        let raw = self.take(8)?;
-        let mut whole = [0; 8];
-        whole.copy_from_slice(raw);
-        Ok(if self.big {
-            u64::from_be_bytes(whole)
-        } else {
-            u64::from_le_bytes(whole)
+    fn whole(&mut self, size: usize) -> std::result::Result<u64, &'static str> {
+        let bytes = self.take(size)?.iter();
+        let join = |sum: u64, byte: &u8| (sum << 8) | u64::from(*byte);
+        Ok(match self.big {
+            true => bytes.fold(0, join),
+            false => bytes.rev().fold(0, join),
         })
     }
 
@@ -145,9 +138,8 @@ impl<'a> Cursor<'a> {
             self.take(16)?;
             return Ok((None, None));
         }
-        let size = size_of(kind).ok_or("a property is of a type unknown here")?;
-        let raw = self.take(size)?;
-        Ok((Some(number(kind, raw, self.big)), None))
+        let number = number(kind, self.big).ok_or("a property is of a type unknown here")?;
+        Ok((Some(number.value(self.take(number.size)?)), None))
     }
 }
 
@@ -172,7 +164,7 @@ impl File {
         let big = contents & BIG_ENDIAN != 0;
         lead.big = big;
         lead.u32()?;
-        let (next, raw) = (lead.u64()?, lead.u64()?);
+        let (next, raw) = (lead.whole(8)?, lead.whole(8)?);
         let rest = &bytes[LEAD_IN..];
         // A logger writes the length when it closes the segment; until then it is all ones.
         let whole = usize::try_from(next).is_ok_and(|next| next <= rest.len());
@@ -228,7 +220,7 @@ impl File {
                         }
                         channel.kind = cursor.u32()?;
                         cursor.u32()?;
-                        channel.count = usize::try_from(cursor.u64()?).map_err(|_| CUT)?;
+                        channel.count = usize::try_from(cursor.whole(8)?).map_err(|_| CUT)?;
                         if index > 20 {
                             cursor.take(index as usize - 20)?;
                         }
@@ -287,9 +279,10 @@ impl File {
                     let values = (0..*count)
                         .map_while(|i| chunk.get(from + i * step..from + i * step + size));
                     let first = &mut channel.first_second;
-                    channel.values.extend(values.map(|raw| match *kind {
-                        TIME_STAMP => since(first, raw, big),
-                        kind => number(kind, raw, big),
+                    let number = number(*kind, big);
+                    channel.values.extend(values.map(|raw| match number {
+                        None => since(first, raw, big),
+                        Some(number) => number.value(raw),
                     }));
                 }
                 from += if interleaved { *size } else { size * count };
@@ -346,16 +339,29 @@ fn last_name(path: &str) -> String {
     last.trim_end_matches('\'').replace("''", "'")
 }
 
-/// Bytes of a number; `None` for what is no number.
+/// Bytes of a number or a time stamp; `None` for anything else.
 fn size_of(kind: u32) -> Option<usize> {
     match kind {
-        1 | 5 | 0x21 => Some(1),
-        2 | 6 => Some(2),
-        3 | 7 | 9 | 0x19 => Some(4),
-        4 | 8 | 10 | 0x1a => Some(8),
         TIME_STAMP => Some(16),
-        _ => None,
+        kind => Some(number(kind, false)?.size),
     }
+}
+
+/// How a number is stored; `None` for what is no number.
+fn number(kind: u32, big_endian: bool) -> Option<Number> {
+    let size = match kind {
+        1 | 5 | 0x21 => 1,
+        2 | 6 => 2,
+        3 | 7 | 9 | 0x19 => 4,
+        4 | 8 | 10 | 0x1a => 8,
+        _ => return None,
+    };
+    Some(Number {
+        float: matches!(kind, 9 | 10 | 0x19 | 0x1a),
+        signed: kind <= 4,
+        big_endian,
+        size,
+    })
 }
 
 /// Seconds of a time stamp since the whole second of the first one, which is kept.
@@ -369,27 +375,4 @@ fn since(first: &mut Option<i64>, raw: &[u8], big: bool) -> f64 {
     let seconds = (stamp >> 64) as i64;
     let first = *first.get_or_insert(seconds);
     seconds.wrapping_sub(first) as f64 + stamp as u64 as f64 / 2_f64.powi(64)
-}
-
-/// The number in as many bytes as [`size_of`] says.
-fn number(kind: u32, raw: &[u8], big: bool) -> f64 {
-    let mut bytes = [0_u8; 8];
-    let size = raw.len().min(8);
-    bytes[..size].copy_from_slice(&raw[..size]);
-    if big {
-        bytes[..size].reverse();
-    }
-    let [a, b, c, d, ..] = bytes;
-    match kind {
-        1 => f64::from(a as i8),
-        2 => f64::from(i16::from_le_bytes([a, b])),
-        3 => f64::from(i32::from_le_bytes([a, b, c, d])),
-        4 => i64::from_le_bytes(bytes) as f64,
-        6 => f64::from(u16::from_le_bytes([a, b])),
-        7 => f64::from(u32::from_le_bytes([a, b, c, d])),
-        8 => u64::from_le_bytes(bytes) as f64,
-        9 | 0x19 => f64::from(f32::from_le_bytes([a, b, c, d])),
-        10 | 0x1a => f64::from_le_bytes(bytes),
-        _ => f64::from(a),
-    }
 }

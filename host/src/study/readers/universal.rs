@@ -2,6 +2,7 @@
 //! binary: each real, evenly spaced function is a column, named by its first line of
 //! identification; the column `time` is made of the abscissa.
 
+use super::cursor::Number;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::{Error, Result};
 
@@ -188,7 +189,6 @@ fn binary(kind: &str, rest: &mut &[u8], data: &str, even: bool, count: usize) ->
     if let Some(end) = rest.windows(2).take(200).position(|w| w == b"-1") {
         *rest = &rest[end + 2..];
     }
-    let big = *order == "2";
     let size = match data {
         "2" => 4,
         "4" => 8,
@@ -203,16 +203,12 @@ fn binary(kind: &str, rest: &mut &[u8], data: &str, even: bool, count: usize) ->
     {
         return Err("there are fewer values than announced");
     }
-    let values = raw.chunks_exact(size).take(count).map(|raw| {
-        let mut bytes = [0; 8];
-        bytes[..size].copy_from_slice(raw);
-        if big {
-            bytes[..size].reverse();
-        }
-        match size {
-            4 => f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
-            _ => f64::from_le_bytes(bytes),
-        }
-    });
-    Ok(Some(values.collect()))
+    let number = Number {
+        float: true,
+        signed: true,
+        big_endian: *order == "2",
+        size,
+    };
+    let values = raw.chunks_exact(size).take(count);
+    Ok(Some(values.map(|raw| number.value(raw)).collect()))
 }

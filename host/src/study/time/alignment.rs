@@ -8,6 +8,7 @@
 //! not differ by white noise.
 
 use crate::study::check::kinematics::{likeness, triangle};
+use crate::study::series::{about_mean, dot};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::sync::Arc;
@@ -156,8 +157,7 @@ impl Search {
     fn new(series: &[f64], rows: usize) -> Self {
         let size = (series.len() + rows).next_power_of_two();
         let mut planner = RealFftPlanner::new();
-        let mean = series.iter().sum::<f64>() / series.len() as f64;
-        let mut padded: Vec<f64> = series.iter().map(|v| v - mean).collect();
+        let mut padded = about_mean(series);
         let sizes = sizes(&padded, rows);
         padded.resize(size, 0.0);
         let forward = planner.plan_fft_forward(size);
@@ -171,9 +171,8 @@ impl Search {
 
     /// The coefficient of correlation of a stretch with that of the series at every place.
     fn correlations(&self, stretch: &[f64]) -> Vec<f64> {
-        let mean = stretch.iter().sum::<f64>() / stretch.len() as f64;
-        let mut padded: Vec<f64> = stretch.iter().map(|v| v - mean).collect();
-        let own = padded.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let mut padded = about_mean(stretch);
+        let own = dot(&padded, &padded).sqrt();
         padded.resize(self.forward.len(), 0.0);
         let mut spectrum = transformed(&*self.forward, &mut padded);
         for (theirs, mine) in spectrum.iter_mut().zip(&self.spectrum) {
@@ -343,7 +342,7 @@ fn interpolated(series: &[f64], at: f64) -> Option<f64> {
         -(t + 1.0) * t * (t - 2.0) / 2.0,
         (t + 1.0) * t * (t - 1.0) / 6.0,
     ];
-    Some(near.iter().zip(weights).map(|(v, w)| v * w).sum())
+    Some(dot(near, &weights))
 }
 
 fn correlation(first: &[f64], second: &[f64]) -> f64 {

@@ -11,6 +11,7 @@ pub(super) mod sampling;
 pub(super) mod second_logger;
 mod stretches;
 
+use crate::study::series::median;
 use std::borrow::Cow;
 
 /// Missing samples in a row that may be bridged.
@@ -168,12 +169,6 @@ pub(crate) fn round_rate(rate: f64, tolerance: f64) -> f64 {
             ((rate / round - 1.0).abs() < 1e-7).then_some(round)
         })
         .unwrap_or(rate)
-}
-
-/// The middle one of some steps, of which there is at least one.
-pub(crate) fn median(mut steps: Vec<f64>) -> Option<f64> {
-    let middle = steps.len() / 2;
-    (!steps.is_empty()).then(|| *steps.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// The stamps of a log that is only looked at.

@@ -1,7 +1,8 @@
 //! Gaps and pieces: when a step between two samples is a gap, and which pieces between gaps are
 //! long enough.
 
-use super::{LONGEST_GAP, median, round_rate};
+use super::{LONGEST_GAP, round_rate};
+use crate::study::series::median;
 use jointwatch_shared::wire::rig::{MAX_BAND_TAPS, MAX_TAPS};
 
 /// Fewest rows of a piece between gaps: after the longest differentiator there are twice as many

@@ -7,12 +7,11 @@
 
 use super::pieces::{SHORTEST_PIECE, density, said_of_gaps};
 use super::stretches::Stretches;
-use super::{
-    BRIDGED_SHARE, Gap, Grid, LONGEST_GAP, RATE_TOLERANCE, bridge, median, quantum, round_rate,
-};
+use super::{BRIDGED_SHARE, Gap, Grid, LONGEST_GAP, RATE_TOLERANCE, bridge, quantum, round_rate};
 use crate::study::channels::calibrated::Calibrated;
 use crate::study::log::{Log, MemoryLog, Request};
 use crate::study::plan::Plan;
+use crate::study::series::median;
 use crate::text::error::Result;
 use std::ops::Range;
 use std::path::Path;

@@ -12,6 +12,7 @@ use crate::study::check::kinematics::{alike, clear_lag, motion};
 use crate::study::description::{ClockEntry, Description, Source};
 use crate::study::log::{Log, MemoryLog, Request, Wanted};
 use crate::study::readers::long::LongLog;
+use crate::study::series::extent;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
 use std::path::Path;
@@ -395,8 +396,7 @@ fn rate(seconds: &[f64], request: &Request<'_>) -> Result<f64> {
 fn even(seconds: &[f64], values: &[f64], rate: f64) -> (f64, Vec<f64>) {
     let (values, seconds) = sampled(values, seconds);
     let seconds = even_where_rounded(&seconds);
-    let first = seconds.iter().copied().fold(f64::INFINITY, f64::min);
-    let last = seconds.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let [first, last] = extent(seconds.iter().copied());
     if last <= first {
         return (0.0, Vec::new());
     }

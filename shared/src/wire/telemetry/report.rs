@@ -6,7 +6,7 @@ use super::upload::{ModelFault, Slot};
 use super::verdict::{KeptAlarm, Verdict};
 use crate::base::Model;
 use crate::base::axis::AxisKind;
-use crate::chain::{Chain, Output, RawSample};
+use crate::chain::{Chain, Output, RawAxis, RawSample};
 use crate::monitor::{self, limits::CHANNELS};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -331,10 +331,7 @@ pub struct Sample {
 impl Sample {
     /// The sample with this number of a rig with one or two axes.
     pub fn new(sample: u64, raw: &RawSample, axes: usize, output: Option<&Output>) -> Self {
-        let counts = raw.iter().take(axes.min(2)).map(|raw| {
-            let [far, near] = raw.displacement;
-            [far, near, raw.body, raw.acceleration, raw.force, raw.input]
-        });
+        let counts = raw.iter().take(axes.min(2)).map(RawAxis::counts);
         Self {
             sample,
             counts: counts.collect(),

@@ -41,21 +41,26 @@ fn a_healthy_run_has_the_hosts_bits_and_counts_its_costs() {
         same_bits(run);
         assert_eq!(run.instants, REST + rows);
         assert_eq!(c.samples, run.instants, "every sample is streamed");
-        assert_eq!(c.wrong_counts, 0, "{:?}", run.wrong);
+        assert_eq!(c.wrong_counts, 0, "{:?}", run.said.wrong);
         let fill = 2 * device.set_up.chain.delay() as u64;
         assert_eq!(c.replayed, rows - fill);
         // Clearances have no memory: replay of the record alone says the same.
         assert_eq!(c.different_replayed_bits, 0, "{c:?}");
         assert_eq!((run.tally.lost, run.tally.damaged), (0, 0));
         assert_eq!(counters(run), Counters::default());
-        println!("{:?}", run.events);
+        println!("{:?}", run.said.events);
         let started = |event: &Event| matches!(event, Event::Started { .. });
-        assert!(run.events.iter().any(started));
+        assert!(run.said.events.iter().any(started));
         assert!(
-            run.events.contains(&Event::NoCrystal),
+            run.said.events.contains(&Event::NoCrystal),
             "QEMU has no crystal"
         );
-        let last = run.statuses.last().and_then(|s| s.verdict.read()).unwrap();
+        let last = run
+            .said
+            .statuses
+            .last()
+            .and_then(|s| s.verdict.read())
+            .unwrap();
         assert_ne!(last.state, State::Alarm, "{last:?}");
 
         let memory = run.memory.expect("the device counts");

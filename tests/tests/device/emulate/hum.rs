@@ -46,7 +46,7 @@ fn run(scenario: Scenario) -> Run {
 }
 
 fn damage(run: &Run) -> bool {
-    let mut verdicts = run.statuses.iter().filter_map(|s| s.verdict.read());
+    let mut verdicts = run.said.statuses.iter().filter_map(|s| s.verdict.read());
     verdicts.any(|v| v.state == State::Alarm && v.cause.is_damage())
 }
 
@@ -56,12 +56,12 @@ fn a_line_is_followed_with_the_hosts_bits() {
     same_bits(&run);
     let c = &run.comparison;
     assert_eq!(c.samples, REST + validation().rows as u64, "{c:?}");
-    assert_eq!(c.wrong_counts, 0, "{:?}", run.wrong);
+    assert_eq!(c.wrong_counts, 0, "{:?}", run.said.wrong);
     // The device has followed a line since it began, and `replay` of the record alone only since
     // the record did: the same bits are those of the host's chain over all that the device has
     // sampled.
-    println!("{c:?}\n{:?}\n{:?}", run.events, run.instructions);
-    assert!(!damage(&run), "{:?}", run.events);
+    println!("{c:?}\n{:?}\n{:?}", run.said.events, run.instructions);
+    assert!(!damage(&run), "{:?}", run.said.events);
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn a_line_is_held_with_the_hosts_bits_while_a_sensor_lies() {
             ..Scenario::default()
         });
         same_bits(&run);
-        println!("{place:?}: {:?}\n{:?}", run.comparison, run.events);
-        assert!(!damage(&run), "{place:?}: {:?}", run.events);
+        println!("{place:?}: {:?}\n{:?}", run.comparison, run.said.events);
+        assert!(!damage(&run), "{place:?}: {:?}", run.said.events);
     }
 }

@@ -15,7 +15,7 @@ const RECOVERY_OF_GIVEN_UP: u64 = BACK_WITHIN as u64;
 
 /// Nothing was concluded about the joint, which is healthy.
 fn no_damage(run: &Run) {
-    let mut verdicts = run.statuses.iter().filter_map(|s| s.verdict.read());
+    let mut verdicts = run.said.statuses.iter().filter_map(|s| s.verdict.read());
     let alarm = verdicts.find(|v| v.state == State::Alarm && v.cause.is_damage());
     assert_eq!(alarm, None);
 }
@@ -97,6 +97,7 @@ fn every_trouble_of_a_chip_is_said_and_passes_and_stops_nothing() {
         );
         same_bits(&run);
         let seen: Vec<_> = run
+            .said
             .statuses
             .iter()
             .filter_map(|s| s.verdict.read())
@@ -111,7 +112,7 @@ fn every_trouble_of_a_chip_is_said_and_passes_and_stops_nothing() {
         // drawn about the joint.
         let lost = matches!((place, trouble), (BoardChip::Counter(_), Trouble::PowerCut));
         let allowed = if lost { Cause::ReferenceLost.tag() } else { 0 };
-        let last = run.statuses.last().unwrap();
+        let last = run.said.statuses.last().unwrap();
         assert!(
             last.channels
                 .iter()
@@ -160,12 +161,12 @@ fn transfers_that_drop_out_change_no_bit_of_what_is_computed() {
         );
         same_bits(&run);
         assert_eq!(run.comparison.samples, run.instants);
-        let worst = run.statuses.iter().filter_map(|s| s.verdict.read());
+        let worst = run.said.statuses.iter().filter_map(|s| s.verdict.read());
         assert!(
             worst.into_iter().any(|v| v.state != State::Healthy),
             "{part}"
         );
-        let last = run.statuses.last().unwrap();
+        let last = run.said.statuses.last().unwrap();
         let wrong = last.channels.iter().filter(|c| c.fault != 0).count();
         assert_eq!(wrong, 0, "{part}: {:?}", last.channels);
         println!("{part}: {:?}", run.comparison);

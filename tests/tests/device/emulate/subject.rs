@@ -93,12 +93,12 @@ pub(crate) fn same_bits(run: &Run) {
 }
 
 pub(crate) fn counters(run: &Run) -> Counters {
-    run.statuses.last().expect("a status").counters
+    run.said.statuses.last().expect("a status").counters
 }
 
 /// Whether the device ever said so, of the whole or of a channel.
 pub(crate) fn said(run: &Run, cause: Cause) -> bool {
-    run.statuses.iter().any(|status| {
+    run.said.statuses.iter().any(|status| {
         let of_all = status.verdict.read().map(|verdict| verdict.cause);
         of_all == Some(cause) || status.channels.iter().any(|c| c.fault == cause.tag())
     })

@@ -74,8 +74,9 @@ fn a_good_model_is_uploaded_and_runs_after_the_restart() {
     let uploaded = run.uploaded.as_ref().expect("it has ended");
     assert!(uploaded.is_ok(), "{uploaded:?}");
     same_bits(&run);
-    assert!(run.hellos.len() > 1, "{:?}", run.hellos);
+    assert!(run.said.hellos.len() > 1, "{:?}", run.said.hellos);
     let crc = run
+        .said
         .hellos
         .last()
         .and_then(|h| h.model.as_ref())
@@ -99,6 +100,7 @@ fn a_restart_in_the_middle_of_an_upload_leaves_the_old_model_and_the_upload_begi
     let run = run_with(&device, &slot, &[successor.known()], scenario);
     same_bits(&run);
     let crcs: Vec<_> = run
+        .said
         .hellos
         .iter()
         .map(|hello| hello.model.as_ref().map(|model| model.crc))
@@ -110,7 +112,7 @@ fn a_restart_in_the_middle_of_an_upload_leaves_the_old_model_and_the_upload_begi
     let software = Event::Started {
         why: Restart::Software,
     };
-    assert!(run.events.contains(&software), "{:?}", run.events);
+    assert!(run.said.events.contains(&software), "{:?}", run.said.events);
     assert!(run.uploaded.expect("it has ended").is_ok());
 }
 
@@ -136,7 +138,7 @@ fn what_must_not_run_is_refused_and_the_old_model_goes_on() {
         let why: Error = run.uploaded.as_ref().unwrap().clone().unwrap_err();
         assert!(why.sentence.contains(wanted), "{why}");
         same_bits(&run);
-        assert_eq!(run.hellos.len(), 1, "no restart");
+        assert_eq!(run.said.hellos.len(), 1, "no restart");
     }
 }
 
@@ -156,7 +158,11 @@ fn a_slot_that_holds_no_usable_model_leaves_raw_counts_and_a_named_reason() {
     let short = Scenario::default;
     for slot in [vec![0xFF; 8448], damaged, unsigned.to_bytes()] {
         let run = run_with(&device, &slot, &[], short());
-        assert!(run.events.contains(&Event::NoModel), "{:?}", run.events);
+        assert!(
+            run.said.events.contains(&Event::NoModel),
+            "{:?}",
+            run.said.events
+        );
         assert!(said(&run, Cause::NoModel));
         assert_eq!(run.comparison.outputs, 0);
         assert_eq!(run.comparison.samples, run.instants, "sensors are reported");
@@ -243,6 +249,6 @@ fn what_no_honest_host_sends_is_refused_by_the_device_itself() {
             "{wanted}: {why}"
         );
         same_bits(&run);
-        assert_eq!(run.hellos.len(), 1, "no restart");
+        assert_eq!(run.said.hellos.len(), 1, "no restart");
     }
 }

@@ -1,16 +1,7 @@
 //! Datasets of an HDF5 file: how their numbers are stored, cut into chunks and packed.
 
-use crate::study::readers::cursor::{Cursor, Message, Told};
+use crate::study::readers::cursor::{Cursor, Message, Number, Told};
 use std::io::Read;
-
-/// How a number is stored.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Number {
-    float: bool,
-    signed: bool,
-    big_endian: bool,
-    pub(super) size: usize,
-}
 
 pub(super) enum Layout {
     Within(Vec<u8>),
@@ -114,26 +105,6 @@ impl Chunks<'_> {
             }
         }
         Ok(())
-    }
-}
-
-impl Number {
-    pub(super) fn value(&self, bytes: &[u8]) -> f64 {
-        let mut wide = [0; 8];
-        for (to, from) in wide.iter_mut().zip(bytes) {
-            *to = *from;
-        }
-        if self.big_endian {
-            wide[..self.size].reverse();
-        }
-        let bits = u64::from_le_bytes(wide);
-        let unused = 64 - 8 * self.size as u32;
-        match (self.float, self.size, self.signed) {
-            (true, 4, _) => f64::from(f32::from_bits(bits as u32)),
-            (true, _, _) => f64::from_bits(bits),
-            (false, _, true) => ((bits << unused) as i64 >> unused) as f64,
-            (false, _, false) => bits as f64,
-        }
     }
 }
 
