@@ -282,19 +282,37 @@ fn an_accelerometer_that_is_late_is_the_datas_fault_and_a_late_force_is_not() {
     let later = |series: &mut Vec<f64>| {
         series.rotate_right(3);
     };
+    let words = [
+        "the acceleration channel of x is 1.",
+        "ms (3.0 samples)",
+        "later than its position",
+    ];
     let mut study = good();
     for record in &mut study.records {
         later(record.axes[0].acceleration.as_mut().unwrap());
     }
-    expect(
-        &study,
-        &[
-            "the acceleration channel of x is 1.",
-            "ms (3.0 samples)",
-            "later than its body position",
-        ],
-        true,
-    );
+    expect(&study, &words, true);
+
+    // A single displacement is the body's own, whichever way it counts.
+    for sign in [1.0, -1.0] {
+        let mut study = good();
+        for record in &mut study.records {
+            let axis = &mut record.axes[0];
+            let body = axis.body_position.take().unwrap();
+            axis.displacement_first = body.iter().map(|x| sign * x).collect();
+            axis.displacement_second = None;
+            later(axis.acceleration.as_mut().unwrap());
+        }
+        expect(&study, &words, true);
+    }
+    // One to a base that moves as well says nothing of the body alone.
+    let mut study = good();
+    for record in &mut study.records {
+        let axis = &mut record.axes[0];
+        axis.displacement_first = axis.relative_displacement();
+        [axis.displacement_second, axis.body_position] = [None, None];
+    }
+    assert_eq!(found(&study), Vec::new());
 
     let mut study = good();
     for record in &mut study.records {

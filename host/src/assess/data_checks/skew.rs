@@ -29,8 +29,10 @@ const WORTH_A_WORD: f64 = 0.02;
 /// Phase from which on a diagnosis means nothing: a twentieth of the inertia force is read as
 /// damping.
 const SERIOUS: f64 = 0.05;
-/// Factor within which the two must agree: the base of a shaken joint, say, may move as well.
+/// Factor within which the two must agree, and the part of their difference that a delay may leave:
+/// where the base of a shaken joint moves as well, amplitudes differ as phases do.
 const ALIKE: f64 = 1.3;
+const MOST_LEFT: f64 = 0.25;
 /// Standard errors by which a skew must be beyond chance.
 const SURE: f64 = 6.0;
 
@@ -85,8 +87,15 @@ struct Cross {
     windows: usize,
 }
 
-/// Frequency in Hz, phase in rad, power and share of noise.
-type CrossSpectralLine = (f64, f64, f64, f64);
+/// What the cross-spectrum says at a frequency.
+struct Line {
+    hz: f64,
+    /// The first channel over the second; its phase is by how much it is later, rad.
+    ratio: Complex<f64>,
+    /// Of the first channel.
+    power: f64,
+    weight: f64,
+}
 
 /// By how much the first channel is later than the second.
 struct Delay {
@@ -146,33 +155,41 @@ impl Cross {
         // A displacement may count against the acceleration.
         let sign = self.both.iter().map(|both| both.re).sum::<f64>().signum();
         let mut lines = Vec::new();
-        let [mut common, mut derived] = [0.0; 2];
         for (line, both) in self.both.iter().enumerate().skip(2) {
             let hz = line as f64 * resolution;
             let power = self.first[line] * self.second[line];
             if hz <= 0.8 * band_hz && power > 0.0 && both.norm_sqr() >= COHERENT * power {
                 // Phases of a skew of a few samples stay within half a turn.
-                let noise = 1.0 - both.norm_sqr() / power;
-                let phase = (both * sign).arg();
-                lines.push((hz, phase, self.first[line], noise.max(1e-12)));
-                common += both.norm();
-                derived += self.second[line];
+                let noise = (1.0 - both.norm_sqr() / power).max(1e-12);
+                lines.push(Line {
+                    hz,
+                    ratio: both * sign / self.second[line],
+                    power: self.first[line],
+                    weight: self.first[line].sqrt() / noise,
+                });
             }
         }
-        let gain = common / derived;
-        if lines.len() < MIN_LINES || !(1.0 / ALIKE..ALIKE).contains(&gain) {
+        if lines.len() < MIN_LINES {
             return None;
         }
-        let weight = |&(_, _, power, noise): &CrossSpectralLine| power.sqrt() / noise;
-        let sum = |f: &dyn Fn(&CrossSpectralLine) -> f64| lines.iter().map(f).sum::<f64>();
-        let curvature = sum(&|l| weight(l) * l.0 * l.0);
-        let slope = sum(&|l| weight(l) * l.0 * l.1) / curvature;
-        let scatter = sum(&|l| weight(l) * (l.1 - slope * l.0).powi(2)) / lines.len() as f64;
-        let power = sum(&|l| l.2);
+        let sum = |f: &dyn Fn(&Line) -> f64| lines.iter().map(f).sum::<f64>();
+        let curvature = sum(&|l| l.weight * l.hz * l.hz);
+        let slope = sum(&|l| l.weight * l.hz * l.ratio.arg()) / curvature;
+        let scatter =
+            sum(&|l| l.weight * (l.ratio.arg() - slope * l.hz).powi(2)) / lines.len() as f64;
+        let gain = sum(&|l| l.weight * l.ratio.norm()) / sum(&|l| l.weight);
+        let left = |slope: f64| {
+            sum(&|l| l.weight * (l.ratio - Complex::from_polar(gain, slope * l.hz)).norm_sqr())
+        };
+        let is_delay = (1.0 / ALIKE..ALIKE).contains(&gain) && left(slope) < MOST_LEFT * left(0.0);
+        if !is_delay {
+            return None;
+        }
+        let power = sum(&|l| l.power);
         Some(Delay {
             seconds: slope / TAU,
             error_s: (scatter / curvature).sqrt() / TAU,
-            centre_hz: sum(&|l| l.2 * l.0) / power,
+            centre_hz: sum(&|l| l.power * l.hz) / power,
         })
     }
 }
