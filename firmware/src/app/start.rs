@@ -18,7 +18,7 @@ use jointwatch_shared::wire::blob::{self, BLOB_LEN};
 use jointwatch_shared::wire::rig_block::{self, Refusal};
 use jointwatch_shared::wire::telemetry::{
     Access, Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart,
-    RigIdentity, Slot,
+    RigIdentity,
 };
 use jointwatch_shared::wire::wiring::Wiring;
 
@@ -106,7 +106,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
         }
     }
     if let Some(place) = started.set_aside {
-        say(Event::ModelGivenUp { slot: slot(place) });
+        say(Event::ModelGivenUp { slot: place });
     }
     let mut begun = Begun {
         evaluator: None,
@@ -124,14 +124,9 @@ pub fn begin<F: NorFlash, V: Verifier>(
         Some((place, model)) => {
             // The store read the model that runs last, so its bytes are those in `work`.
             let checksum = blob::checksum(&work);
-            begun.hello.model = Some(ModelIdentity::new(
-                &model,
-                slot(place),
-                checksum,
-                setup.signed,
-            ));
+            begun.hello.model = Some(ModelIdentity::new(&model, place, checksum, setup.signed));
             confirming = trial.then_some(OnTrial {
-                slot: slot(place),
+                slot: place,
                 evaluates: rig_len > 0,
                 fallback: started.fallback && !started.flash_failed,
             });
@@ -277,8 +272,7 @@ fn set_limits(
 }
 
 /// What is told of a slot whose content is not used.
-fn refused(place: SlotName, state: State) -> Option<Event> {
-    let slot = slot(place);
+fn refused(slot: SlotName, state: State) -> Option<Event> {
     let State::Refused(why) = state else {
         return None;
     };
@@ -294,14 +288,6 @@ fn refused(place: SlotName, state: State) -> Option<Event> {
         SlotFault::Flash | SlotFault::Worn => ModelFault::Other,
     };
     Some(Event::ModelRefused { slot, fault })
-}
-
-/// A slot as telemetry names it.
-fn slot(place: SlotName) -> Slot {
-    match place {
-        SlotName::A => Slot::A,
-        SlotName::B => Slot::B,
-    }
 }
 
 /// Major, minor, patch of this package.
