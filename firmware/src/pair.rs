@@ -6,7 +6,7 @@ use jointwatch_shared::base::Model;
 use jointwatch_shared::fault::Error;
 use jointwatch_shared::wire::rig::Rig;
 use jointwatch_shared::wire::rig_block::{self, Refusal};
-use jointwatch_shared::wire::telemetry::ModelFault;
+use jointwatch_shared::wire::telemetry::{Event, ModelFault};
 
 /// Why a rig block cannot go with a model.
 pub(crate) enum Unfit {
@@ -14,6 +14,24 @@ pub(crate) enum Unfit {
     Refused(Refusal),
     /// It is one, for another model.
     Mismatch,
+}
+
+impl Unfit {
+    /// What is told of it.
+    pub(crate) fn event(&self) -> Event {
+        match self {
+            Self::Refused(why) => Event::RigRefused { fault: fault(why) },
+            Self::Mismatch => Event::Mismatch,
+        }
+    }
+
+    /// The same in a fixed phrase, for the log.
+    pub(crate) fn phrase(&self) -> &'static str {
+        match self {
+            Self::Refused(why) => why.phrase(),
+            Self::Mismatch => "it is for another model",
+        }
+    }
 }
 
 /// The sample rate of a rig block that was made for the model of this checksum. The block stays

@@ -15,10 +15,10 @@ use jointwatch_shared::chain::{Chain, ChainState};
 use jointwatch_shared::monitor::limits::Limits;
 use jointwatch_shared::monitor::{Cause, Monitor};
 use jointwatch_shared::wire::blob::{self, BLOB_LEN};
-use jointwatch_shared::wire::rig_block::{self, Refusal};
+use jointwatch_shared::wire::rig_block;
 use jointwatch_shared::wire::telemetry::{
     Access, Event, Hello, ModelFault, ModelIdentity, Occasion, PROTOCOL_VERSION, Restart,
-    RigIdentity, Slot,
+    RigIdentity,
 };
 use jointwatch_shared::wire::wiring::Wiring;
 
@@ -106,7 +106,7 @@ pub fn begin<F: NorFlash, V: Verifier>(
         }
     }
     if let Some(place) = started.set_aside {
-        say(Event::ModelGivenUp { slot: slot(place) });
+        say(Event::ModelGivenUp { slot: place });
     }
     let mut begun = Begun {
         evaluator: None,
@@ -124,28 +124,24 @@ pub fn begin<F: NorFlash, V: Verifier>(
         Some((place, model)) => {
             // The store read the model that runs last, so its bytes are those in `work`.
             let checksum = blob::checksum(&work);
-            begun.hello.model = Some(ModelIdentity::new(
-                &model,
-                slot(place),
-                checksum,
-                setup.signed,
-            ));
+            begun.hello.model = Some(ModelIdentity::new(&model, place, checksum, setup.signed));
             confirming = trial.then_some(OnTrial {
-                slot: slot(place),
+                slot: place,
                 evaluates: rig_len > 0,
                 fallback: started.fallback && !started.flash_failed,
             });
-            let outcome = match store.rig(rig_len, &mut work) {
-                None => Err(Unused::Missing),
+            let unused = match store.rig(rig_len, &mut work) {
+                None => Some((Event::NoRig, "there is none")),
                 Some(bytes) => {
                     let places = (&mut room.evaluator, &mut room.state);
-                    with_rig(bytes, model, checksum, &mut begun, places)
+                    let used = with_rig(bytes, model, checksum, &mut begun, places);
+                    used.err().map(|why| (why.event(), why.phrase()))
                 }
             };
-            if let Err(why) = outcome {
+            if let Some((event, phrase)) = unused {
                 begun.watch.judge(Err(Cause::NoRig));
-                begun.rig_refused = Some(why.phrase());
-                say(why.event());
+                begun.rig_refused = Some(phrase);
+                say(event);
             }
         }
     }
@@ -194,42 +190,6 @@ fn new_watch(place: &'static mut MaybeUninit<Watch>) -> &'static mut Watch {
     place.write(Watch::new(Err(Cause::NoModel)))
 }
 
-/// Why a rig block is not used.
-enum Unused {
-    Missing,
-    Refused(Refusal),
-    Mismatch,
-}
-
-impl Unused {
-    fn event(&self) -> Event {
-        match self {
-            Self::Missing => Event::NoRig,
-            Self::Refused(why) => Event::RigRefused {
-                fault: pair::fault(why),
-            },
-            Self::Mismatch => Event::Mismatch,
-        }
-    }
-
-    fn phrase(&self) -> &'static str {
-        match self {
-            Self::Missing => "there is none",
-            Self::Refused(why) => why.phrase(),
-            Self::Mismatch => "it is for another model",
-        }
-    }
-}
-
-impl From<Unfit> for Unused {
-    fn from(why: Unfit) -> Self {
-        match why {
-            Unfit::Refused(why) => Self::Refused(why),
-            Unfit::Mismatch => Self::Mismatch,
-        }
-    }
-}
-
 /// Chain, monitor and wiring from the rig block's bytes.
 ///
 /// Not inlined: its rig block would stand in the stack frame of everything that follows.
@@ -240,10 +200,10 @@ fn with_rig(
     checksum: u32,
     begun: &mut Begun,
     (evaluator, state): (&'static mut MaybeUninit<Evaluator>, &'static mut ChainState),
-) -> Result<(), Unused> {
-    let rig = rig_block::decode(bytes).map_err(Unused::Refused)?;
+) -> Result<(), Unfit> {
+    let rig = rig_block::decode(bytes).map_err(Unfit::Refused)?;
     let rate = pair::rate(&rig, &model, checksum)?;
-    let chain = Chain::new(&model, &rig).map_err(|error| Unused::Refused(error.into()))?;
+    let chain = Chain::new(&model, &rig).map_err(|error| Unfit::Refused(error.into()))?;
     let evaluator = evaluator.write(Evaluator {
         chain,
         model,
@@ -267,18 +227,17 @@ fn set_limits(
     limits: Option<Limits>,
     checksum: u32,
     chain: &Chain,
-) -> Result<(), Unused> {
+) -> Result<(), Unfit> {
     watch.judge(match limits {
         None => Err(Cause::NoLimits),
         Some(limits) if limits.model_checksum != checksum => Err(Cause::OtherModel),
-        Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unused::Mismatch)?),
+        Some(limits) => Ok(Monitor::new(limits, chain).map_err(|_| Unfit::Mismatch)?),
     });
     Ok(())
 }
 
 /// What is told of a slot whose content is not used.
-fn refused(place: SlotName, state: State) -> Option<Event> {
-    let slot = slot(place);
+fn refused(slot: SlotName, state: State) -> Option<Event> {
     let State::Refused(why) = state else {
         return None;
     };
@@ -294,14 +253,6 @@ fn refused(place: SlotName, state: State) -> Option<Event> {
         SlotFault::Flash | SlotFault::Worn => ModelFault::Other,
     };
     Some(Event::ModelRefused { slot, fault })
-}
-
-/// A slot as telemetry names it.
-fn slot(place: SlotName) -> Slot {
-    match place {
-        SlotName::A => Slot::A,
-        SlotName::B => Slot::B,
-    }
 }
 
 /// Major, minor, patch of this package.

@@ -6,7 +6,7 @@
 //! checksum go out while the answer to the *previous* command, the four codes and their checksum
 //! come in (section "SPI Communication Frames").
 
-use super::{ChipFault, Found, Reading, Sensor, at_rails};
+use super::{ChipFault, Found, Reading, Sensor, at_rails, kept};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::{CHANNELS, Converter};
 
@@ -192,13 +192,7 @@ impl<S: SpiDevice> Sensor for Ads131m04<S> {
         }
         for (register, wanted) in self.registers() {
             let seen = self.register(register)?;
-            if seen != wanted {
-                return Err(ChipFault::ConfigNotKept {
-                    register,
-                    seen,
-                    wanted,
-                });
-            }
+            kept(register, seen, wanted)?;
         }
         Ok(Found::Fresh)
     }

@@ -4,7 +4,7 @@
 //! is the register's address times two, plus one for reading; further bytes follow at the next
 //! addresses (section "SPI Protocol").
 
-use super::{ChipFault, Found, Reading, Sensor, at_rails};
+use super::{ChipFault, Found, Reading, Sensor, at_rails, kept};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::{Accelerometer, DIRECTIONS};
 
@@ -107,13 +107,7 @@ impl<S: SpiDevice> Sensor for Adxl355<S> {
         }
         for (register, wanted) in settings {
             let [seen] = self.registers(register)?;
-            if seen != wanted {
-                return Err(ChipFault::ConfigNotKept {
-                    register,
-                    seen: seen.into(),
-                    wanted: wanted.into(),
-                });
-            }
+            kept(register, seen.into(), wanted.into())?;
         }
         Ok(Found::Fresh)
     }

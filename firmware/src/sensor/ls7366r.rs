@@ -6,7 +6,7 @@
 //! count that is written through its data register and comes back through its latch takes the place
 //! of one.
 
-use super::{ChipFault, Found, Reading, Sensor};
+use super::{ChipFault, Found, Reading, Sensor, kept};
 use embedded_hal::spi::SpiDevice;
 use jointwatch_shared::wire::wiring::Counter;
 
@@ -128,23 +128,10 @@ impl<S: SpiDevice> Ls7366r<S> {
         counts | index
     }
 
-    fn expect(&mut self, register: u8, wanted: u8) -> Result<(), ChipFault<S::Error>> {
-        let seen = self.read_byte(register)?;
-        if seen == wanted {
-            Ok(())
-        } else {
-            Err(ChipFault::ConfigNotKept {
-                register,
-                seen: seen.into(),
-                wanted: wanted.into(),
-            })
-        }
-    }
-
     /// Writes a register and reads it back.
     fn set(&mut self, [write, read]: [u8; 2], value: u8) -> Result<(), ChipFault<S::Error>> {
         self.write_byte(write, value)?;
-        self.expect(read, value)
+        kept(read, self.read_byte(read)?.into(), value.into())
     }
 
     /// Both modes, and of the status whether it counts and kept its supply.
@@ -172,13 +159,7 @@ impl<S: SpiDevice> Ls7366r<S> {
         if status & STR_POWER_LOST != 0 {
             return Err(ChipFault::Restarted);
         }
-        if status & STR_ENABLED == 0 {
-            return Err(ChipFault::ConfigNotKept {
-                register: READ_STR,
-                seen: status.into(),
-                wanted: (status | STR_ENABLED).into(),
-            });
-        }
+        kept(READ_STR, status.into(), (status | STR_ENABLED).into())?;
         Ok(self.settings.index && status & STR_INDEX != 0)
     }
 }

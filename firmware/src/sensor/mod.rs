@@ -47,6 +47,19 @@ pub enum ChipFault<E> {
     NotReady,
 }
 
+/// Whether a register holds what was written to it.
+fn kept<E>(register: u8, seen: u16, wanted: u16) -> Result<(), ChipFault<E>> {
+    if seen == wanted {
+        Ok(())
+    } else {
+        Err(ChipFault::ConfigNotKept {
+            register,
+            seen,
+            wanted,
+        })
+    }
+}
+
 /// What a chip gave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading<T> {

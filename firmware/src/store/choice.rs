@@ -1,6 +1,6 @@
 //! Which of the two models runs after a restart: a pure function of what the two slots hold.
 
-use super::blob_slot::SlotName;
+use super::{SlotName, of};
 use jointwatch_shared::wire::telemetry::ModelFault;
 
 /// What is wrong with what a slot holds.
@@ -102,19 +102,10 @@ pub struct Choice {
 ///
 /// Where there is no other, the trial is repeated: an unproven model is better than none.
 pub(super) fn choose(states: &[State; 2]) -> Choice {
-    let good = |place: SlotName| match states {
-        [
-            State::Good {
-                sequence, progress, ..
-            },
-            _,
-        ] if place == SlotName::A => Some((*sequence, *progress)),
-        [
-            _,
-            State::Good {
-                sequence, progress, ..
-            },
-        ] if place == SlotName::B => Some((*sequence, *progress)),
+    let good = |place| match of(states, place) {
+        State::Good {
+            sequence, progress, ..
+        } => Some((sequence, progress)),
         _ => None,
     };
     let (newer, older) = match (good(SlotName::A), good(SlotName::B)) {

@@ -29,8 +29,9 @@ mod trial;
 mod upload;
 mod verify;
 
-pub use blob_slot::{Slot, SlotName, choose, phrase};
+pub use blob_slot::Slot;
 pub use choice::{Choice, Progress, SlotFault, State};
+pub use jointwatch_shared::wire::telemetry::Slot as SlotName;
 pub use journal::{ERASURES_PER_HOUR, ERASURES_PER_LIFE};
 pub use trial::{Ended, Trial};
 pub use upload::Upload;

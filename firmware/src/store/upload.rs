@@ -9,9 +9,7 @@ use super::{SlotFault, SlotName, Store, Verifier, Work};
 use embedded_storage::nor_flash::NorFlash;
 use jointwatch_shared::wire::blob::BLOB_LEN;
 use jointwatch_shared::wire::slot::{Header, RIG_OFFSET, RIG_ROOM};
-use jointwatch_shared::wire::telemetry::{
-    Kind, Refusal, Signature, Slot, UploadReply, UploadRequest,
-};
+use jointwatch_shared::wire::telemetry::{Kind, Refusal, Signature, UploadReply, UploadRequest};
 
 /// The device's side of an upload. An upload is a model, with or without a rig block right behind
 /// it.
@@ -171,13 +169,9 @@ impl Upload {
         let signature = now.signature.map(|signature| signature.bytes());
         store.seal(now.place, &now.header, signature, work)?;
         self.under_way = None;
-        let slot = match now.place {
-            SlotName::A => Slot::A,
-            SlotName::B => Slot::B,
-        };
         Ok(UploadReply::Activated {
             kind: Kind::Model,
-            slot: Some(slot),
+            slot: Some(now.place),
         })
     }
 }

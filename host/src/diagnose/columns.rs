@@ -19,7 +19,7 @@ use crate::model::effects::AxisEffect;
 use crate::model::file::ModelFile;
 use crate::signal::motion::Motion;
 use crate::study::Study;
-use crate::study::series::dot;
+use crate::study::series::{at_right_angles, dot, take_out};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
@@ -242,22 +242,8 @@ fn is_news(motions: &[&Motion], name: &str) -> bool {
 /// The part of a column's power about its mean that linear regression on others leaves; the first
 /// of them is the constant.
 fn left_by(others: &[Vec<f64>], mut column: Vec<f64>) -> f64 {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    let take_out = |from: &mut Vec<f64>, of: &[f64]| {
-        let factor = dot(from, of);
-        from.iter_mut().zip(of).for_each(|(v, b)| *v -= factor * b);
-    };
-    for other in others {
-        let mut own = other.clone();
-        let whole = dot(&own, &own);
-        basis.iter().for_each(|b| take_out(&mut own, b));
-        let left = dot(&own, &own);
-        if left > 1e-9 * whole {
-            own.iter_mut().for_each(|v| *v /= left.sqrt());
-            basis.push(own);
-        }
-    }
     let mut about_mean = f64::NAN;
+    let basis = at_right_angles(others, 1e-9);
     for (place, direction) in basis.iter().enumerate() {
         take_out(&mut column, direction);
         if place == 0 {

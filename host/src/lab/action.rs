@@ -10,29 +10,9 @@ use serde::{Deserialize, Deserializer};
 #[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(super) enum Action {
     /// Write study.toml for the logs in the folder.
-    Init {
-        /// Role and column, as `init --column` takes them.
-        #[serde(default)]
-        columns: Vec<(String, String)>,
-        /// Sample rate of the logs, Hz; none where a column counts the time.
-        #[serde(default, deserialize_with = "number")]
-        rate: Option<f64>,
-        /// Inertia, kg or kg·m²; none where it is to be identified from the data.
-        #[serde(default, deserialize_with = "number")]
-        inertia: Option<f64>,
-    },
+    Init(Choices),
     /// Take other columns for the draft.
-    Draft {
-        /// Role and column, as in [`Action::Init`].
-        #[serde(default)]
-        columns: Vec<(String, String)>,
-        /// As in [`Action::Init`], Hz.
-        #[serde(default, deserialize_with = "number")]
-        rate: Option<f64>,
-        /// As in [`Action::Init`], kg or kg·m².
-        #[serde(default, deserialize_with = "number")]
-        inertia: Option<f64>,
-    },
+    Draft(Choices),
     /// Read the study's folder again.
     Reopen {},
     /// Choose segments of a study whose logs are too long.
@@ -86,6 +66,21 @@ pub(super) enum Action {
     },
     /// End the command that runs.
     Cancel {},
+}
+
+/// What the user says of logs that no study describes yet.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Choices {
+    /// Role and column, as `init --column` takes them.
+    #[serde(default)]
+    pub(super) columns: Vec<(String, String)>,
+    /// Sample rate of the logs, Hz; none where a column counts the time.
+    #[serde(default, deserialize_with = "number")]
+    pub(super) rate: Option<f64>,
+    /// Inertia, kg or kg·m²; none where it is to be identified from the data.
+    #[serde(default, deserialize_with = "number")]
+    pub(super) inertia: Option<f64>,
 }
 
 /// A number or none. Where another package lets serde_json keep all digits, a tagged enum holds
@@ -256,13 +251,9 @@ impl Known<'_> {
             }
             Action::Replay { record } => self.device(&study, "replay", record)?,
             Action::Emulate { record } => self.device(&study, "emulate", record)?,
-            Action::Init {
-                columns,
-                rate,
-                inertia,
-            } => self.init(columns, *rate, *inertia),
+            Action::Init(choices) => self.init(choices),
             Action::Select { segments, seconds } => self.select(&study, *segments, *seconds),
-            Action::Draft { .. }
+            Action::Draft(_)
             | Action::Reopen {}
             | Action::Work { .. }
             | Action::Undo {}
@@ -344,13 +335,13 @@ impl Known<'_> {
         }
     }
 
-    fn init(&self, columns: &[(String, String)], rate: Option<f64>, inertia: Option<f64>) -> Plan {
+    fn init(&self, choices: &Choices) -> Plan {
         let mut words = vec!["init".to_string(), "--yes".into()];
-        for (role, column) in columns {
+        for (role, column) in &choices.columns {
             words.push(format!("--column={role}={column}"));
         }
-        words.extend(rate.map(|r| format!("--rate={r}")));
-        words.extend(inertia.map(|m| format!("--inertia={m}")));
+        words.extend(choices.rate.map(|r| format!("--rate={r}")));
+        words.extend(choices.inertia.map(|m| format!("--inertia={m}")));
         words.extend(["-o".into(), self.folder.study.clone()]);
         words.extend(self.folder.logs.iter().map(|l| argument(l)));
         Plan {

@@ -1,10 +1,11 @@
 //! A command that runs as a process of its own: what it says while it runs, how it ended, and how
 //! it is ended.
 
+use super::locked;
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// What stands before a line of progress that a command writes for the lab.
 pub(crate) const PROGRESS_MARK: &str = "progress: ";
@@ -53,9 +54,9 @@ impl Running {
     ) -> std::io::Result<Self> {
         let mut command = Command::new(program);
         command.current_dir(folder).args(words);
-        let file = |option: &str, path: &PathBuf| format!("{option}{}", path.display());
-        command.args(contents.map(|p| file(HIDDEN[0], &p.to_path_buf())));
-        command.args(json.map(|p| file("--json=", &p.to_path_buf())));
+        let file = |option: &str, path: &Path| format!("{option}{}", path.display());
+        command.args(contents.map(|p| file(HIDDEN[0], p)));
+        command.args(json.map(|p| file("--json=", p)));
         command.arg(HIDDEN[1]);
         let child = command
             .stdin(Stdio::null())
@@ -67,15 +68,14 @@ impl Running {
 
     /// Ends it at once.
     pub(super) fn end(&self) {
-        let mut child = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         // One that has ended by itself needs no ending.
-        let _ = child.kill();
+        let _ = locked(&self.0).kill();
     }
 
     /// Follows it to its end; `tell` hears every line of progress.
     pub(super) fn follow(&self, tell: &dyn Fn(String)) -> Ended {
         let (out, err) = {
-            let mut child = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut child = locked(&self.0);
             (child.stdout.take(), child.stderr.take())
         };
         let printed = std::thread::spawn(move || {
@@ -102,11 +102,7 @@ impl Running {
         let printed = printed.join().unwrap_or_default();
         let done = loop {
             // The lock is not held while waiting: who ends the process needs it.
-            let state = self
-                .0
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .try_wait();
+            let state = locked(&self.0).try_wait();
             match state {
                 Ok(Some(status)) => break status.success(),
                 Ok(None) => std::thread::sleep(std::time::Duration::from_millis(5)),

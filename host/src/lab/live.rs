@@ -1,6 +1,7 @@
 //! The live view on the page: a device's line read in a thread, and what is new told as server-sent
 //! events.
 
+use super::locked;
 use crate::device::live::{Column, Happened, LiveView, LoopPoint, Picture};
 use crate::device::telemetry::line::Source;
 use crate::device::telemetry::steady::{SteadyLine, Wanted};
@@ -12,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::task::{Context, Poll};
 use std::time::{Duration, Instant};
 use tokio::sync::{mpsc, watch};
@@ -63,7 +64,7 @@ impl Live {
     }
 
     fn now(&self) -> MutexGuard<'_, Option<Arc<Watching>>> {
-        self.watching.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.watching)
     }
 
     /// Opens a line, which may take seconds, and looks at its device from then on.
@@ -142,7 +143,7 @@ impl Live {
 
 impl Watching {
     fn view(&self) -> MutexGuard<'_, LiveView> {
-        self.view.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.view)
     }
 
     fn read(&self, mut line: SteadyLine) {

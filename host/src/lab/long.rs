@@ -1,13 +1,14 @@
 //! A study with a log too long to be held in memory: its channels thinned, and told to the pages
 //! while they are read.
 
+use super::locked;
 use crate::study::long::overview::Overview;
 use crate::study::long::study::{Channels, LongStudy};
 use crate::text::error::{Error, Result};
 use rayon::prelude::*;
 use serde_json::{Value, json};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Parts of a drawn channel.
@@ -22,10 +23,6 @@ pub(super) struct Long {
     /// Nobody looks at it any more.
     left: AtomicBool,
     failed: Mutex<Option<String>>,
-}
-
-fn locked<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
-    one.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Long {

@@ -27,3 +27,10 @@ mod upload;
 
 pub(crate) use job::{HIDDEN, PROGRESS_MARK};
 pub use server::{Lab, Started};
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// What a lock guards, also after a thread that held it has panicked.
+fn locked<T>(one: &Mutex<T>) -> MutexGuard<'_, T> {
+    one.lock().unwrap_or_else(PoisonError::into_inner)
+}

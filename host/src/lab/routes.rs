@@ -6,7 +6,7 @@ use super::live::Place;
 use super::session::Session;
 use super::{assets, upload};
 use crate::report::page;
-use crate::text::error::{Error, Kind};
+use crate::text::error::Kind;
 use axum::body::{Body, Bytes};
 use axum::extract::{Path, Request, State};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
@@ -14,8 +14,8 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post, put};
 use axum::{Json, Router};
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::sync::Arc;
 use std::time::Duration;
@@ -58,14 +58,29 @@ fn refusal(code: StatusCode, sentence: &str) -> Response {
     (code, Json(json!({ "sentence": sentence }))).into_response()
 }
 
-/// An error as an answer: its sentence, and whose fault it is.
-fn failed(error: &Error) -> Response {
+/// What was asked for, or an error: its sentence, and whose fault it is.
+fn answer(result: crate::Result<impl Serialize>) -> Response {
+    let error = match result {
+        Ok(answer) => return Json(answer).into_response(),
+        Err(error) => error,
+    };
     let code = match error.kind {
         Kind::Usage => StatusCode::CONFLICT,
         Kind::Data => StatusCode::UNPROCESSABLE_ENTITY,
         Kind::Failed | Kind::Found => StatusCode::INTERNAL_SERVER_ERROR,
     };
     refusal(code, &error.sentence)
+}
+
+/// The answer of what takes a while, made in a thread of its own; `lost` is said where that ends.
+async fn apart<T: Serialize + Send + 'static>(
+    make: impl FnOnce() -> crate::Result<T> + Send + 'static,
+    lost: &str,
+) -> Response {
+    match tokio::task::spawn_blocking(make).await {
+        Ok(made) => answer(made),
+        Err(_) => refusal(StatusCode::INTERNAL_SERVER_ERROR, lost),
+    }
 }
 
 async fn asset(Path(name): Path<String>) -> Response {
@@ -108,14 +123,8 @@ async fn overview(
     let Some(long) = session.state().long.clone() else {
         return refusal(StatusCode::NOT_FOUND, "no long log is open");
     };
-    match tokio::task::spawn_blocking(move || long.thinned(log, from, to)).await {
-        Ok(Ok(thinned)) => Json(thinned).into_response(),
-        Ok(Err(e)) => failed(&e),
-        Err(_) => refusal(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            "the log could not be read; read it again",
-        ),
-    }
+    let thinned = move || long.thinned(log, from, to);
+    apart(thinned, "the log could not be read; read it again").await
 }
 
 async fn draft(State(session): State<Arc<Session>>) -> Response {
@@ -149,10 +158,7 @@ async fn act(State(session): State<Arc<Session>>, headers: HeaderMap, body: Body
         Ok(action) => action,
         Err((code, why)) => return refusal(code, &why),
     };
-    match session.act(action) {
-        Ok(()) => Json(json!({})).into_response(),
-        Err(e) => failed(&e),
-    }
+    answer(session.act(action).map(|()| json!({})))
 }
 
 /// Looks at a device.
@@ -162,14 +168,8 @@ async fn look(State(session): State<Arc<Session>>, headers: HeaderMap, body: Bod
         Err((code, why)) => return refusal(code, &why),
     };
     let live = Arc::clone(&session.live);
-    match tokio::task::spawn_blocking(move || live.connect(place)).await {
-        Ok(Ok(())) => Json(json!({})).into_response(),
-        Ok(Err(e)) => failed(&e),
-        Err(_) => refusal(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            "the line could not be opened; try it again",
-        ),
-    }
+    let connected = move || live.connect(place).map(|()| json!({}));
+    apart(connected, "the line could not be opened; try it again").await
 }
 
 async fn leave(State(session): State<Arc<Session>>) -> Response {
@@ -191,13 +191,10 @@ async fn log(
         Ok(folder) => upload::take(&folder, &name, body).await,
         Err(e) => Err(e),
     };
-    match taken {
-        Ok(name) => {
-            session.add_log(name);
-            Json(json!({})).into_response()
-        }
-        Err(e) => failed(&e),
-    }
+    answer(taken.map(|name| {
+        session.add_log(name);
+        json!({})
+    }))
 }
 
 /// A file for the user to keep.

@@ -8,14 +8,14 @@ use super::live::Live;
 use super::long::Long;
 use super::models::{self, Entry};
 use super::state::{Done, Job, Opened, State};
-use super::{draft, snapshot};
+use super::{draft, locked, snapshot};
 use crate::study::draft::UserChoices;
 use crate::study::long::study::LongStudy;
 use crate::study::{Study, mistakes};
 use crate::text::error::{Error, Result};
 use serde_json::Value;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 use tokio::sync::watch;
 
@@ -44,7 +44,7 @@ impl Session {
 
     /// The state, locked for as long as it is held.
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.state)
     }
 
     /// What the pages are told, as JSON.
@@ -207,26 +207,14 @@ impl Session {
             )));
         }
         match action {
-            Action::Reopen {} => {
-                // Logs may have changed, and with them all that was drawn.
-                state.forget();
-                drop(state);
-                self.open();
-                Ok(())
-            }
-            Action::Draft {
-                columns,
-                rate,
-                inertia,
-            } => {
+            // Logs may have changed, and with them all that was drawn.
+            Action::Reopen {} => state.forget(),
+            Action::Draft(choices) => {
                 state.said = UserChoices {
-                    columns,
-                    sample_rate_hz: rate,
-                    inertia,
+                    columns: choices.columns,
+                    sample_rate_hz: choices.rate,
+                    inertia: choices.inertia,
                 };
-                drop(state);
-                self.open();
-                Ok(())
             }
             Action::Work { study } => {
                 if !state.folder.studies(&self.first).contains(&study) {
@@ -234,19 +222,9 @@ impl Session {
                         "{study:?} is none of the studies in this folder"
                     )));
                 }
-                let command = job::line(&["lab".into(), study.clone()]);
-                state.remember(Done {
-                    what: "Work on another study".into(),
-                    command,
-                    done: true,
-                    said: String::new(),
-                    seconds: 0.0,
-                    useless: None,
-                });
+                let words = ["lab".into(), study.clone()];
+                state.remember(Done::at_once("Work on another study".into(), &words, ""));
                 state.work_on(study);
-                drop(state);
-                self.open();
-                Ok(())
             }
             Action::Undo {} => {
                 let current = state.current;
@@ -257,16 +235,14 @@ impl Session {
                     ));
                 };
                 let model = state.models[parent].file.clone();
-                self.command(
-                    &mut state,
-                    &Action::Show {
-                        model,
-                        beside: None,
-                    },
-                )
+                let beside = None;
+                return self.command(&mut state, &Action::Show { model, beside });
             }
-            command => self.command(&mut state, &command),
+            command => return self.command(&mut state, &command),
         }
+        drop(state);
+        self.open();
+        Ok(())
     }
 
     /// Starts the command of an action, unless what it would show was drawn before.
@@ -275,14 +251,8 @@ impl Session {
         if let Action::Show { model, beside } = action
             && state.show_again(model, beside.as_deref())
         {
-            state.remember(Done {
-                what: plan.what,
-                command: job::line(&plan.words),
-                done: true,
-                said: "Shown as it was computed before.".into(),
-                seconds: 0.0,
-                useless: None,
-            });
+            let said = "Shown as it was computed before.";
+            state.remember(Done::at_once(plan.what, &plan.words, said));
             self.changed();
             return Ok(());
         }

@@ -3,7 +3,7 @@
 
 use super::action::{Known, Then};
 use super::folder::Folder;
-use super::job::Running;
+use super::job::{self, Running};
 use super::long::Long;
 use super::models::Entry;
 use crate::study::draft::UserChoices;
@@ -56,6 +56,20 @@ pub(super) struct Done {
     pub(super) seconds: f64,
     /// The effects of an addition that did not help.
     pub(super) useless: Option<Vec<String>>,
+}
+
+impl Done {
+    /// What took no time and was no process of its own.
+    pub(super) fn at_once(what: String, words: &[String], said: &str) -> Self {
+        Self {
+            what,
+            command: job::line(words),
+            done: true,
+            said: said.into(),
+            seconds: 0.0,
+            useless: None,
+        }
+    }
 }
 
 /// A command that runs.

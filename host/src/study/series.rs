@@ -31,6 +31,27 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// Takes out of a series what is proportional to another one.
+pub(crate) fn take_out(series: &mut [f64], other: &[f64]) {
+    let share = dot(series, other) / dot(other, other);
+    let pairs = series.iter_mut().zip(other);
+    pairs.for_each(|(s, o)| *s -= share * o);
+}
+
+/// Series at right angles that make the same sums as these, by Gram–Schmidt; one of whose power the
+/// ones before leave no more than the part `least` adds none.
+pub(crate) fn at_right_angles(series: &[impl AsRef<[f64]>], least: f64) -> Vec<Vec<f64>> {
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for whole in series.iter().map(AsRef::as_ref) {
+        let mut own = whole.to_vec();
+        basis.iter().for_each(|known| take_out(&mut own, known));
+        if dot(&own, &own) > least * dot(whole, whole) {
+            basis.push(own);
+        }
+    }
+    basis
+}
+
 /// The largest magnitude in a series.
 pub(crate) fn peak(series: &[f64]) -> f64 {
     series.iter().fold(0.0, |most, value| most.max(value.abs()))

@@ -99,46 +99,10 @@ impl Sums {
 
     /// The statistics of a full block of 2^`log_values` residuals in the band.
     pub fn statistics(&self, limits: &AxisLimits, log_values: u32) -> Statistics {
-        let force = self.log_force(limits, log_values);
-        let shares = [0, 1].map(|input| self.share(limits, log_values, force, input));
-        self.judged(limits, log_values, force, shares)
-    }
-
-    /// log₂ of Σr² + n·P̄.
-    pub(super) fn log_force(&self, limits: &AxisLimits, log_values: u32) -> i32 {
-        log2(self.force as u64 + (limits.force_power << (log_values & 15)))
-    }
-
-    /// The part of the residual that goes with the displacement (0) or the velocity (1), before the
-    /// level of motion is taken off.
-    pub(super) fn share(
-        &self,
-        limits: &AxisLimits,
-        log_values: u32,
-        log_force: i32,
-        input: usize,
-    ) -> i32 {
-        let input = input & 1;
-        let (along, power) = (self.along[input], self.state[input] as u64);
-        let log_state = log2(power + (limits.state_power[input] << (log_values & 15)));
-        let log_share = log2(along.unsigned_abs()) - (log_force + log_state) / 2;
-        let size = if along == 0 { 0 } else { exp2(log_share) };
-        if (along < 0) != limits.reversed {
-            -size
-        } else {
-            size
-        }
-    }
-
-    /// All statistics, with both shares.
-    pub(super) fn judged(
-        &self,
-        limits: &AxisLimits,
-        log_values: u32,
-        log_force: i32,
-        [stiffness, friction]: [i32; 2],
-    ) -> Statistics {
         let log_values = log_values & 15;
+        // log₂ of Σr² + n·P̄.
+        let log_force = log2(self.force as u64 + (limits.force_power << log_values));
+        let share = |input| self.share(limits, log_values, log_force, input);
         // Displacement: the joint's nonlinearity, which a model misses some of, is one of
         // displacement first of all.
         let [travel, _] = self.state;
@@ -150,10 +114,25 @@ impl Sums {
         Statistics {
             level,
             error: log2(self.error as u64) - log_force - expected(of_error),
-            stiffness: stiffness - expected(of_stiffness),
-            friction: friction - expected(of_friction),
+            stiffness: share(0) - expected(of_stiffness),
+            friction: share(1) - expected(of_friction),
             moves: self.force as u64 >= (limits.force_power << log_values) / GENTLEST
                 && level > -LEVELS * OCTAVE,
+        }
+    }
+
+    /// The part of the residual that goes with the displacement (0) or the velocity (1), before the
+    /// level of motion is taken off.
+    fn share(&self, limits: &AxisLimits, log_values: u32, log_force: i32, input: usize) -> i32 {
+        let input = input & 1;
+        let (along, power) = (self.along[input], self.state[input] as u64);
+        let log_state = log2(power + (limits.state_power[input] << (log_values & 15)));
+        let log_share = log2(along.unsigned_abs()) - (log_force + log_state) / 2;
+        let size = if along == 0 { 0 } else { exp2(log_share) };
+        if (along < 0) != limits.reversed {
+            -size
+        } else {
+            size
         }
     }
 }

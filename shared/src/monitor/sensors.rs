@@ -44,7 +44,8 @@ impl Faults {
         (of_samples | self.time_out | self.missing | self.reference_lost) != 0 || self.lost != 0
     }
 
-    fn kinds(&self) -> [(Cause, u16); KINDS] {
+    /// Every kind with its channels.
+    pub fn kinds(&self) -> [(Cause, u16); KINDS] {
         [
             (Cause::TimeOut, self.time_out),
             (Cause::Checksum, self.checksum),

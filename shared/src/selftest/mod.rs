@@ -139,35 +139,39 @@ pub fn reference_model() -> &'static Model {
     &REFERENCE
 }
 
-static REFERENCE: Model = Model {
-    header: reference_header(),
-    outputs: Vec::from_array([
-        Output {
-            force_per_lsb: 1.0,
-            error_bound: REFERENCE_BOUNDS[0],
-        },
-        Output {
-            force_per_lsb: 1.0,
-            error_bound: REFERENCE_BOUNDS[1],
-        },
-    ]),
-    base_shifts: [0; 2],
-    terms: Terms::NONE,
-    base: Base::Polynomial(PolynomialModel {
+static REFERENCE: Model = reference(
+    Base::Polynomial(PolynomialModel {
         orders: [3; 4],
         axes: 2,
         shifts: [1, 2],
         blocks: reference_blocks(),
     }),
-    corrections: [ForceCorrection::NONE; 2],
-};
+    REFERENCE_BOUNDS,
+);
 
 /// The bounds of the reference model's error, in its force units; a test compares them with the
 /// computed ones.
 const REFERENCE_BOUNDS: [f64; 2] = [14.0, 9.5];
 
+/// A model of nothing but a base, whose error has these bounds.
+pub(crate) const fn reference(base: Base, bounds: [f64; 2]) -> Model {
+    let mut outputs = [Output {
+        force_per_lsb: 1.0,
+        error_bound: bounds[0],
+    }; 2];
+    outputs[1].error_bound = bounds[1];
+    Model {
+        header: reference_header(),
+        outputs: Vec::from_array(outputs),
+        base_shifts: [0; 2],
+        terms: Terms::NONE,
+        base,
+        corrections: [ForceCorrection::NONE; 2],
+    }
+}
+
 /// What both reference models say about themselves: two axes whose ranges are ±1.
-pub(crate) const fn reference_header() -> Header {
+const fn reference_header() -> Header {
     Header {
         sample_rate_hz: 2000.0,
         band_hz: 120.0,

@@ -1,11 +1,9 @@
 //! A fixed network for the self-test: 40 neurons for two axes, made from a fixed seed by integers
 //! alone; it lies in flash.
 
-use crate::base::corrections::ForceCorrection;
 use crate::base::network::{HALF, NEURONS, NetworkModel, Neuron};
-use crate::base::terms::Terms;
-use crate::base::{Base, Model, Output};
-use crate::selftest::{Points, reference_header};
+use crate::base::{Base, Model};
+use crate::selftest::{Points, reference};
 use heapless::Vec;
 
 /// A two-axis network of all 40 neurons, of which every one has another scale.
@@ -13,27 +11,14 @@ pub fn reference_network() -> &'static Model {
     &REFERENCE
 }
 
-static REFERENCE: Model = Model {
-    header: reference_header(),
-    outputs: Vec::from_array([
-        Output {
-            force_per_lsb: 1.0,
-            error_bound: REFERENCE_BOUNDS[0],
-        },
-        Output {
-            force_per_lsb: 1.0,
-            error_bound: REFERENCE_BOUNDS[1],
-        },
-    ]),
-    base_shifts: [0; 2],
-    terms: Terms::NONE,
-    base: Base::Network(NetworkModel {
+static REFERENCE: Model = reference(
+    Base::Network(NetworkModel {
         axes: 2,
         neurons: Vec::from_array(reference_neurons()),
         output_bias: [(-3 << 56) + HALF, (1 << 58) + HALF],
     }),
-    corrections: [ForceCorrection::NONE; 2],
-};
+    REFERENCE_BOUNDS,
+);
 
 /// The bounds of the reference network's error, in its force units; a test compares them with the
 /// computed ones.

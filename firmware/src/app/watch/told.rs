@@ -7,7 +7,7 @@ use crate::sensor::acquire::CHIPS;
 use heapless::Vec;
 use jointwatch_shared::chain::{Output, RawSample};
 use jointwatch_shared::monitor::limits::CHANNELS;
-use jointwatch_shared::monitor::{Cause, Faults, MonitorState, State, Verdict as Said, Window};
+use jointwatch_shared::monitor::{Faults, MonitorState, State, Verdict as Said, Window};
 use jointwatch_shared::wire::telemetry::{
     Answered, AxisStatus, Counters, Health, MAX_FRAME, Report, Request, STATUS_HZ, Sample,
     SensorStatus, Status, Supply, Upkeep, Verdict,
@@ -222,14 +222,7 @@ impl Watch {
 
 /// The code of what is wrong with a channel; 0 when nothing is.
 fn cause(faults: &Faults, bit: u16) -> u8 {
-    let kinds = [
-        (faults.time_out, Cause::TimeOut),
-        (faults.checksum, Cause::Checksum),
-        (faults.missing, Cause::Missing),
-        (faults.saturated, Cause::Saturated),
-        (faults.out_of_range, Cause::OutOfRange),
-        (faults.reference_lost, Cause::ReferenceLost),
-    ];
-    let wrong = kinds.into_iter().find(|(channels, _)| channels & bit != 0);
-    wrong.map_or(0, |(_, cause)| cause.tag())
+    let mut kinds = faults.kinds().into_iter();
+    let wrong = kinds.find(|(_, channels)| channels & bit != 0);
+    wrong.map_or(0, |(cause, _)| cause.tag())
 }

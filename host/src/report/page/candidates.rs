@@ -11,7 +11,7 @@ use crate::model::effects::is_correction;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::report::axis_history;
 use crate::signal::motion::{self, Motion, low_pass};
-use crate::study::series::dot;
+use crate::study::series::{at_right_angles, take_out};
 use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
@@ -144,25 +144,10 @@ fn force(
     Some((axis, force))
 }
 
-/// Takes out of a series what a sum of others can explain, by Gram–Schmidt.
+/// Takes out of a series what a sum of others can explain.
 fn remove(series: &mut [f64], others: &[&[f64]]) {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for other in others {
-        let mut direction = other.to_vec();
-        for known in &basis {
-            let share = dot(&direction, known) / dot(known, known);
-            let pairs = direction.iter_mut().zip(known);
-            pairs.for_each(|(d, k)| *d -= share * k);
-        }
-        if dot(&direction, &direction) > 1e-12 * dot(other, other) {
-            basis.push(direction);
-        }
-    }
-    for direction in &basis {
-        let share = dot(series, direction) / dot(direction, direction);
-        let pairs = series.iter_mut().zip(direction);
-        pairs.for_each(|(s, d)| *s -= share * d);
-    }
+    let basis = at_right_angles(others, 1e-12);
+    basis.iter().for_each(|own| take_out(series, own));
 }
 
 #[cfg(test)]

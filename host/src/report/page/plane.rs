@@ -2,10 +2,9 @@
 
 use super::contents::{Curve, Plane};
 use crate::report::axis_history::AxisHistory;
+use crate::report::state_plane::cells::{CELLS, cell, part};
 use crate::study::series::{extent, mean, rms};
 
-/// Cells across and up.
-const CELLS: [usize; 2] = [40, 26];
 /// Bins of a curve.
 const BINS: usize = 48;
 /// A bin with fewer rows has no mean worth drawing.
@@ -22,12 +21,6 @@ pub(super) fn range<'a>(values: impl Iterator<Item = &'a f64>) -> [f64; 2] {
         false if low.is_finite() => [low - 0.5, low + 0.5],
         false => [-0.5, 0.5],
     }
-}
-
-/// Which of `count` equal parts of a range a value lies in.
-fn part(value: f64, [low, high]: [f64; 2], count: usize) -> usize {
-    let at = (value - low) / (high - low) * count as f64;
-    (at.max(0.0) as usize).min(count - 1)
 }
 
 /// Sums of one cell.
@@ -49,9 +42,8 @@ pub(super) fn plane(
     let mut cells = vec![Sums::default(); CELLS[0] * CELLS[1]];
     for history in histories {
         for row in 0..history.measured.len() {
-            let across = part(history.displacement[row], displacement, CELLS[0]);
-            let up = part(history.velocity[row], velocity, CELLS[1]);
-            let cell = &mut cells[up * CELLS[0] + across];
+            let state = [history.displacement[row], history.velocity[row]];
+            let cell = &mut cells[cell(state, displacement, velocity)];
             let (measured, predicted) = (history.measured[row], history.predicted[row]);
             cell.rows += 1;
             cell.error += measured - predicted;

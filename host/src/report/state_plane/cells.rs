@@ -4,9 +4,20 @@ use crate::report::style;
 use plotters::prelude::*;
 
 /// Cells across and up.
-const CELLS: [usize; 2] = [40, 26];
+pub(in crate::report) const CELLS: [usize; 2] = [40, 26];
 /// A cell with fewer rows than this is drawn, but does not set the scale.
 const ROWS_FOR_SCALE: usize = 5;
+
+/// Which of `count` equal parts of a range a value lies in.
+pub(in crate::report) fn part(value: f64, [low, high]: [f64; 2], count: usize) -> usize {
+    let at = (value - low) / (high - low) * count as f64;
+    (at.max(0.0) as usize).min(count - 1)
+}
+
+/// Which cell a displacement and a velocity lie in, for the ranges of both.
+pub(in crate::report) fn cell([x, v]: [f64; 2], across: [f64; 2], up: [f64; 2]) -> usize {
+    part(v, up, CELLS[1]) * CELLS[0] + part(x, across, CELLS[0])
+}
 
 /// RMS of the residual cell by cell, row by row from below; none where the joint never was.
 pub(super) struct Cells {
@@ -16,14 +27,9 @@ pub(super) struct Cells {
 
 impl Cells {
     pub(super) fn of(points: &[[f64; 3]], horizontal: (f64, f64), vertical: (f64, f64)) -> Self {
-        let [columns, rows] = CELLS;
-        let cell = |value: f64, (low, high): (f64, f64), count: usize| {
-            let share = (value - low) / (high - low);
-            ((share * count as f64) as usize).min(count - 1)
-        };
-        let mut sums = vec![(0.0, 0_usize); columns * rows];
+        let mut sums = vec![(0.0, 0_usize); CELLS[0] * CELLS[1]];
         for [x, v, e] in points {
-            let place = cell(*v, vertical, rows) * columns + cell(*x, horizontal, columns);
+            let place = cell([*x, *v], horizontal.into(), vertical.into());
             sums[place].0 += e * e;
             sums[place].1 += 1;
         }

@@ -1,7 +1,7 @@
 //! The residual over the state plane: how large it is at which displacement and velocity, and where
 //! the model fails.
 
-mod cells;
+pub(super) mod cells;
 
 use crate::assess::where_it_fails::{Condition, Extent, FailingRegion};
 use crate::report::axis_history::AxisHistory;

@@ -88,85 +88,64 @@ fn read<'a, T: Deserialize<'a>>(fields: &'a [u8]) -> Option<T> {
     }
 }
 
-/// What the device says.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "message", rename_all = "snake_case")]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "there is no heap to put the larger ones on"
-)]
-pub enum Report {
-    /// Who it is: after a restart, when asked, and when its model or rig has changed.
-    Hello(Hello),
-    /// How it is, ten times a second.
-    Status(Status),
-    /// A piece of the residual around an alarm.
-    Snapshot(Snapshot),
-    /// One sample, when streaming.
-    Sample(Sample),
-    /// How an upload is getting on.
-    Upload(UploadReply),
-    /// Something happened that a person should know of.
-    Event(Event),
-    /// What became of a request other than an upload.
-    Answer(Answer),
-    /// How each axis stands and how much that says, with every status.
-    Health(Health),
-    /// An alarm that nobody has acknowledged, with every status.
-    Alarm(Alarm),
-    /// A piece of the counts around an alarm.
-    Capture(CapturePiece),
-    /// What outlasts a loss of power, with every status.
-    Upkeep(Upkeep),
+/// The messages that the device sends, each with its tag and the type of its fields.
+macro_rules! reports {
+    ($($(#[$about:meta])* $message:ident($fields:ident) = $tag:literal,)*) => {
+        /// What the device says.
+        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[serde(tag = "message", rename_all = "snake_case")]
+        #[allow(
+            clippy::large_enum_variant,
+            reason = "there is no heap to put the larger ones on"
+        )]
+        pub enum Report {
+            $($(#[$about])* $message($fields),)*
+        }
+
+        impl Message for Report {
+            fn tag(&self) -> u8 {
+                match self {
+                    $(Self::$message(_) => $tag,)*
+                }
+            }
+
+            fn write<'a>(&self, place: &'a mut [u8]) -> Option<&'a [u8]> {
+                match self {
+                    $(Self::$message(fields) => write(fields, place),)*
+                }
+            }
+
+            fn read(tag: u8, fields: &[u8]) -> Option<Self> {
+                match tag {
+                    $($tag => read(fields).map(Self::$message),)*
+                    _ => None,
+                }
+            }
+        }
+    };
 }
 
-impl Message for Report {
-    fn tag(&self) -> u8 {
-        match self {
-            Self::Hello(_) => 0x01,
-            Self::Status(_) => 0x02,
-            Self::Snapshot(_) => 0x03,
-            Self::Sample(_) => 0x04,
-            Self::Upload(_) => 0x05,
-            Self::Event(_) => 0x06,
-            Self::Answer(_) => 0x07,
-            Self::Health(_) => 0x08,
-            Self::Alarm(_) => 0x09,
-            Self::Capture(_) => 0x0a,
-            Self::Upkeep(_) => 0x0b,
-        }
-    }
-
-    fn write<'a>(&self, place: &'a mut [u8]) -> Option<&'a [u8]> {
-        match self {
-            Self::Hello(fields) => write(fields, place),
-            Self::Status(fields) => write(fields, place),
-            Self::Snapshot(fields) => write(fields, place),
-            Self::Sample(fields) => write(fields, place),
-            Self::Upload(fields) => write(fields, place),
-            Self::Event(fields) => write(fields, place),
-            Self::Answer(fields) => write(fields, place),
-            Self::Health(fields) => write(fields, place),
-            Self::Alarm(fields) => write(fields, place),
-            Self::Capture(fields) => write(fields, place),
-            Self::Upkeep(fields) => write(fields, place),
-        }
-    }
-
-    fn read(tag: u8, fields: &[u8]) -> Option<Self> {
-        match tag {
-            0x01 => read(fields).map(Self::Hello),
-            0x02 => read(fields).map(Self::Status),
-            0x03 => read(fields).map(Self::Snapshot),
-            0x04 => read(fields).map(Self::Sample),
-            0x05 => read(fields).map(Self::Upload),
-            0x06 => read(fields).map(Self::Event),
-            0x07 => read(fields).map(Self::Answer),
-            0x08 => read(fields).map(Self::Health),
-            0x09 => read(fields).map(Self::Alarm),
-            0x0a => read(fields).map(Self::Capture),
-            0x0b => read(fields).map(Self::Upkeep),
-            _ => None,
-        }
-    }
+reports! {
+    /// Who it is: after a restart, when asked, and when its model or rig has changed.
+    Hello(Hello) = 0x01,
+    /// How it is, ten times a second.
+    Status(Status) = 0x02,
+    /// A piece of the residual around an alarm.
+    Snapshot(Snapshot) = 0x03,
+    /// One sample, when streaming.
+    Sample(Sample) = 0x04,
+    /// How an upload is getting on.
+    Upload(UploadReply) = 0x05,
+    /// Something happened that a person should know of.
+    Event(Event) = 0x06,
+    /// What became of a request other than an upload.
+    Answer(Answer) = 0x07,
+    /// How each axis stands and how much that says, with every status.
+    Health(Health) = 0x08,
+    /// An alarm that nobody has acknowledged, with every status.
+    Alarm(Alarm) = 0x09,
+    /// A piece of the counts around an alarm.
+    Capture(CapturePiece) = 0x0a,
+    /// What outlasts a loss of power, with every status.
+    Upkeep(Upkeep) = 0x0b,
 }

@@ -29,10 +29,31 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Slot {
-    /// Slot A.
+    /// Slot A, which is looked at first.
     A,
     /// Slot B.
     B,
+}
+
+impl Slot {
+    /// Both, in the order in which they are looked at.
+    pub const ALL: [Self; 2] = [Self::A, Self::B];
+
+    /// `a` or `b`, as logs and the self-test's text have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::A => "a",
+            Self::B => "b",
+        }
+    }
+
+    /// The slot that this one is not.
+    pub fn other(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::A,
+        }
+    }
 }
 
 /// An Ed25519 signature: R, then S, 64 bytes in a row on the line.
