@@ -24,10 +24,10 @@ use crate::text::error::Result;
 use jointwatch_shared::effect::Entry;
 
 /// A column of whose power the study's channels explain more than this part, by linear regression,
-/// is one of them again: another sensor of the same motion or force, or what a controller makes of
-/// them. In public logs voltages and positions of actuators have up to 0.36, load cells beside the
-/// one that counts 0.5 to 0.97.
-const ONE_OF_THE_CHANNELS: f64 = 0.5;
+/// is one of them again: another sensor of the same motion or force. Of less it is asked whether it
+/// reads like a force: what drives a joint, a pressure or a coil's current, goes with its force as
+/// closely as a load cell beside the one that counts, 0.5 to 0.97 in public logs.
+const ONE_OF_THE_CHANNELS: f64 = 0.98;
 /// A column of which the time leaves no more than this part is the time again. A temperature rises
 /// with time as well, and joints follow it.
 const A_CLOCK: f64 = 1e-3;
@@ -94,8 +94,8 @@ pub fn with_columns(study: Study, model: &ModelFile) -> Result<Columns> {
             let (name, column) = (&wider.axes[axis].name, column_of(word));
             if by_itself {
                 notes.push(format!(
-                    "the column {column:?} reads like a force of axis {name}: one that the study leaves out, or the same once more; it is \
-                     not taken as an input"
+                    "the column {column:?} reads like a force of axis {name}: if it drives the joint, as a pressure or a coil's current does, \
+                     name it with [[input]] and its unit; if it is the same force once more, it says nothing new"
                 ));
             } else {
                 followed.push(column);
