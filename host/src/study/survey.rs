@@ -339,12 +339,19 @@ pub fn is_a_log(bytes: &[u8]) -> bool {
     super::readers::is_a_log(bytes)
 }
 
-/// Whether values are those of a clock: no step differs from another by more than a hundredth.
+/// Whether values are those of a clock: no step differs from another by more than a hundredth, or
+/// by a tenth where rounding is all that keeps them from an even one, as it makes 33 and 34 ms of
+/// a camera's 33.4.
 fn rises_evenly(values: &[f64]) -> bool {
     let steps = values.windows(2).map(|w| w[1] - w[0]);
-    let least = steps.clone().fold(f64::INFINITY, f64::min);
-    let most = steps.fold(0.0, f64::max);
-    least > 0.0 && most < 1.01 * least
+    let [least, most] = extent(steps);
+    let last = values.len().saturating_sub(1);
+    let is_rounded = || {
+        let even = |row: usize| values[0] + (values[last] - values[0]) * row as f64 / last as f64;
+        let off = values.iter().enumerate().map(|(row, v)| v - even(row));
+        off.fold(0.0, |most: f64, off| most.max(off.abs())) <= most - least
+    };
+    least > 0.0 && (most < 1.01 * least || most < 1.1 * least && is_rounded())
 }
 
 /// The smallest and the largest of some values.
@@ -397,7 +404,7 @@ fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> Surveye
 }
 
 /// The column that counts the time: the one whose name or unit says so best, where it never falls;
-/// of columns without names the first, where it rises evenly, and so the first one where its name
+/// of columns without names the first that changes, where it rises evenly, and so the first one where its name
 /// is a unit of time alone (a path is called `s` as well), or says of no quantity that it is one
 /// and no row's number.
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
@@ -421,7 +428,9 @@ pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
         let says_nothing = || c.named.quantities.is_empty() && !is_whole(c);
         (is_numbered || says_nothing()) && rises_evenly(&c.values)
     };
-    let first = columns.first().filter(unnamed);
+    // What never changes is the number of a run.
+    let mut changing = columns.iter().filter(|c| c.range[0] < c.range[1]);
+    let first = changing.next().filter(unnamed);
     let column = best.or(first)?;
     let stated = column.unit.as_deref().and_then(naming::seconds);
     let stated = stated.or_else(|| is_unit(column));

@@ -4,7 +4,6 @@ use crate::cli::console::Console;
 use crate::cli::plots::Plots;
 use crate::cli::report::Report;
 use crate::diagnose::add::{self, Added};
-use crate::model::effects;
 use crate::model::file::{JudgedOn, ModelFile};
 use crate::study::Role;
 use crate::text::error::{Error, Result};
@@ -72,7 +71,7 @@ pub(super) fn output_beside(model: &Path) -> PathBuf {
 }
 
 fn say(console: &Console, added: &Added) -> Result<()> {
-    console.say(effects::table(&added.model.effects).to_string())?;
+    super::say_values(console, &added.model)?;
     for (role, heading) in [
         (Role::Train, "Verification (training records)"),
         (Role::Validate, "Validation (other records)"),

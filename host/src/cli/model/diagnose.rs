@@ -119,7 +119,7 @@ fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     say(console, &applied.first)?;
     console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
     if added {
-        console.say(effects::table(&applied.model.effects).to_string())?;
+        super::say_values(console, &applied.model)?;
         if let Some(not_kept) = applied.not_kept() {
             console.say(format!("Note: {not_kept}."))?;
         }

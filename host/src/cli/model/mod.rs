@@ -10,3 +10,21 @@ mod identify_network;
 pub(super) mod merge;
 pub(super) mod respond;
 mod staircase;
+
+use crate::cli::console::Console;
+use crate::model::effects;
+use crate::model::file::ModelFile;
+use crate::text::error::Result;
+use crate::text::table::significant;
+
+/// Prints the inertias that were identified, and every parameter of the effects.
+fn say_values(console: &Console, model: &ModelFile) -> Result<()> {
+    for axis in model.axes.iter().filter(|a| a.inertia_identified) {
+        let (value, unit) = (significant(axis.inertia), axis.kind.inertia_unit());
+        console.say(format!(
+            "Inertia of {}: {value} {unit} (identified).",
+            axis.name
+        ))?;
+    }
+    console.say(effects::table(&model.effects).to_string())
+}

@@ -192,20 +192,7 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
     let unit = stated.map(str::to_owned).or(own);
     let unit = unit.or(clock.map(|(_, unit)| (*unit).to_owned()));
     let among = |words: &[&str]| tokens.iter().any(|t| words.contains(&t.as_str()));
-    let by_name = |quantity: Quantity| -> u8 {
-        let (whole, parts) = words(quantity);
-        let long = |t: &String| t.len() > 1 && whole.contains(&t.as_str());
-        if tokens.iter().any(long) || long(&stem) {
-            3
-        } else if parts.iter().any(|p| stem.contains(p)) {
-            2
-        } else if among(whole) && !among(&CURRENTS) {
-            // A motor's current along q is no position q.
-            1
-        } else {
-            0
-        }
-    };
+    let by_name = |quantity: Quantity| by_name(quantity, &stem, &tokens);
     // A name that is no word for anything may be a unit; an n or an in is more often something
     // else, so it says little beside other names.
     let is_word = |q: &Quantity| by_name(*q) > 0;
@@ -251,6 +238,24 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
             .map(|(q, score)| (q, score + u8::from(measured)))
             .collect(),
         unit,
+    }
+}
+
+/// How surely a name in small letters, with its words, is one for a quantity; 0 for not at all.
+fn by_name(quantity: Quantity, name: &str, tokens: &[String]) -> u8 {
+    let (whole, parts) = words(quantity);
+    let is_whole = |t: &str| whole.contains(&t);
+    let is_long = |t: &str| t.len() > 1 && is_whole(t);
+    let is_current = || tokens.iter().any(|t| CURRENTS.contains(&t.as_str()));
+    if tokens.iter().any(|t| is_long(t)) || is_long(name) {
+        3
+    } else if parts.iter().any(|p| name.contains(p)) {
+        2
+    } else if tokens.iter().any(|t| is_whole(t)) && !is_current() {
+        // A motor's current along q is no position q.
+        1
+    } else {
+        0
     }
 }
 
@@ -336,7 +341,22 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
     {
         return (stem.trim(), Some(unit.trim().to_owned()));
     }
-    (name.trim(), None)
+    inner_unit(name).unwrap_or((name.trim(), None))
+}
+
+/// A unit between other words, `load_kN_left`, where the words before it are for what it measures:
+/// of `force_min_1` the minutes are none.
+fn inner_unit(name: &str) -> Option<(&str, Option<String>)> {
+    let starts = name.match_indices(['_', ' ']).map(|(at, _)| at);
+    starts.filter(|at| *at > 0).find_map(|at| {
+        let stem = name[..at].trim();
+        let (unit, _) = name[at + 1..].split_once(['_', ' '])?;
+        let small = stem.to_lowercase();
+        let is_of =
+            |q: &Quantity| by_name(*q, &small, &tokens(stem)) > 0 && q.factor(unit, false).is_ok();
+        let is_meant = unit.len() > 1 && unit != "in" && QUANTITIES.iter().any(is_of);
+        is_meant.then(|| (stem, Some(unit.to_owned())))
+    })
 }
 
 #[cfg(test)]
@@ -437,6 +457,10 @@ mod tests {
             ("Stroke <mm>", "Stroke", Some("mm")),
             ("Load {KN}", "Load", Some("KN")),
             ("Load [left]", "Load [left]", None),
+            ("load_kN_a", "load", Some("kN")),
+            ("Weg mm links", "Weg", Some("mm")),
+            ("force_min_1", "force_min_1", None),
+            ("stroke_in_left", "stroke_in_left", None),
             ("F", "F", None),
         ] {
             assert_eq!(split_unit(name), (stem, unit.map(str::to_owned)), "{name}");

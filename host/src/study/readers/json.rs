@@ -1,16 +1,20 @@
-//! Reader of JSON logs: a matrix row by row, rows as objects, or an object of columns; alone, under
-//! the key `data`, or under another one.
+//! Reader of JSON logs: a matrix row by row, rows as objects, an object a line, or an object of
+//! columns; alone, under the key `data`, or under another one.
 //!
 //! The columns of a matrix are called 0, 1, … unless the `[[record]]` names them with `columns =
-//! […]`.
+//! […]`. Where a field is a vector its elements are `q[1]`, `q[2]`, …, and where it is an object
+//! its own fields are `motor.q`.
 
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;
-use serde_json::Value;
+use serde_json::{Deserializer, Map, Value};
+
+/// Elements of a vector that are columns; a longer one is a signal of its own.
+const MAX_ELEMENTS: usize = 64;
 
 /// Reads the wanted columns.
 pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
-    let json: Value = serde_json::from_slice(bytes).map_err(|e| {
+    let json = document(bytes).map_err(|e| {
         request.error_in(
             &format!("row {} (line of the file)", e.line()),
             format!(
@@ -23,41 +27,41 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             "is JSON without a table of numbers; write the log as {\"data\": [[…], …]}, as a list of objects, or as an object of columns",
         ));
     };
-    if rows.count() == 0 {
+    if rows.count == 0 {
         return Err(request
             .error("is empty: its data have no row; check that the logger finished writing it"));
     }
     let names = match request.columns {
         Some(columns) => columns.to_vec(),
-        None => rows.names(),
+        None => rows.fields.iter().map(|f| f.name.clone()).collect(),
     };
     request.locate(&names)?;
-    let range = request.range(rows.count())?;
+    let range = request.range(rows.count)?;
     let mut columns: Vec<Column> = names
         .iter()
         .map(|name| Column {
             name: name.clone(),
             unit: None,
-            values: request.needs(name).then(|| vec![f64::NAN; rows.count()]),
+            values: request.needs(name).then(|| vec![f64::NAN; rows.count]),
         })
         .collect();
     for row in range {
         let row_name = format!("row {} (counted from 1)", row + 1);
-        let cells = rows.cells(row);
-        if cells.len() != names.len() {
+        let across = rows.across(row);
+        if across != names.len() {
             return Err(request.error_in(
                 &row_name,
                 format!(
-                    "{} numbers where there are {} columns; repair it or leave it out with rows = […]",
-                    cells.len(),
+                    "{across} numbers where there are {} columns; repair it or leave it out with rows = […]",
                     names.len()
                 ),
             ));
         }
-        for (column, cell) in columns.iter_mut().zip(cells) {
+        for (column, field) in columns.iter_mut().zip(&rows.fields) {
             let Some(values) = &mut column.values else {
                 continue;
             };
+            let cell = rows.cell(field, row);
             match cell.and_then(number) {
                 Some(value) => values[row] = value,
                 None if request.wanted.is_none()
@@ -78,9 +82,20 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     Ok(Table::whole("JSON", columns))
 }
 
-/// Whether a document holds a log: not so a model file, which says what it is.
-pub(super) fn holds_a_log(json: &Value) -> bool {
-    json.get("format").is_none() && rows_in(json).is_some()
+/// One document; of several, as where every line is one, the list of them.
+fn document(bytes: &[u8]) -> serde_json::Result<Value> {
+    let mut each = Deserializer::from_slice(bytes)
+        .into_iter()
+        .collect::<serde_json::Result<Vec<Value>>>()?;
+    Ok(match each.len() {
+        1 => each.remove(0),
+        _ => Value::Array(each),
+    })
+}
+
+/// Whether the bytes of a file hold a log: not so a model file, which says what it is.
+pub(super) fn holds_a_log(bytes: &[u8]) -> bool {
+    document(bytes).is_ok_and(|json| json.get("format").is_none() && rows_in(&json).is_some())
 }
 
 /// A switch is 0 or 1.
@@ -89,77 +104,162 @@ fn number(cell: &Value) -> Option<f64> {
         .or_else(|| cell.as_bool().map(|on| f64::from(u8::from(on))))
 }
 
-/// The rows of a table, as a document holds them.
-enum Rows<'a> {
-    Matrix(&'a [Value]),
-    /// Objects, with the keys of the first.
-    Objects(&'a [Value], Vec<&'a String>),
-    /// Columns by name, all equally long.
-    Columns(Vec<(&'a String, &'a [Value])>),
+/// A table of numbers in a document.
+struct Rows<'a> {
+    holder: Holder<'a>,
+    count: usize,
+    fields: Vec<Field<'a>>,
+}
+
+/// What holds the rows.
+enum Holder<'a> {
+    /// A list of rows, which are lists themselves or objects.
+    List(&'a [Value]),
+    /// Columns by name.
+    Columns(&'a Map<String, Value>),
+}
+
+/// A column: where in a row its number stands, or for columns by name in which of them, and where
+/// in an element of it.
+#[derive(Clone, Default)]
+struct Field<'a> {
+    name: String,
+    path: Vec<Step<'a>>,
+}
+
+/// A step down in a document.
+#[derive(Clone, Copy)]
+enum Step<'a> {
+    Key(&'a str),
+    Element(usize),
+}
+
+impl Step<'_> {
+    fn of<'b>(&self, value: &'b Value) -> Option<&'b Value> {
+        match *self {
+            Self::Key(key) => value.get(key),
+            Self::Element(place) => value.get(place),
+        }
+    }
+}
+
+impl<'a> Field<'a> {
+    /// The field one step further down.
+    fn down(&self, step: Step<'a>) -> Self {
+        let name = match (self.name.as_str(), step) {
+            ("", Step::Key(key)) => key.to_owned(),
+            ("", Step::Element(place)) => place.to_string(),
+            (name, Step::Key(key)) => format!("{name}.{key}"),
+            (name, Step::Element(place)) => format!("{name}[{}]", place + 1),
+        };
+        let path = [&self.path[..], &[step]].concat();
+        Self { name, path }
+    }
+
+    /// This field and those below it that hold a number in a first row, or none yet.
+    fn all(self, first: &'a Value) -> Vec<Self> {
+        match first {
+            Value::Object(map) => map
+                .iter()
+                .flat_map(|(key, value)| self.down(Step::Key(key)).all(value))
+                .collect(),
+            Value::Array(elements) if elements.len() <= MAX_ELEMENTS => (elements.iter())
+                .enumerate()
+                .flat_map(|(place, value)| self.down(Step::Element(place)).all(value))
+                .collect(),
+            Value::Number(_) | Value::Bool(_) | Value::Null => vec![self],
+            _ => Vec::new(),
+        }
+    }
 }
 
 /// The largest table of a document; that under `data` where there is one.
 fn rows_in(json: &Value) -> Option<Rows<'_>> {
     match json {
-        Value::Array(rows) if rows.iter().all(Value::is_array) => Some(Rows::Matrix(rows)),
-        Value::Array(rows) if rows.iter().all(Value::is_object) => {
-            let keys = rows.first()?.as_object()?;
-            let numbers = keys
-                .iter()
-                .filter(|(_, v)| number(v).is_some() || v.is_null());
-            Some(Rows::Objects(rows, numbers.map(|(key, _)| key).collect()))
+        Value::Array(rows) if rows.iter().all(|r| r.is_array() || r.is_object()) => {
+            // A list of one run, whose signals stand in it.
+            if let [run @ Value::Object(_)] = rows.as_slice()
+                && let Some(inner) = rows_in(run)
+            {
+                return Some(inner);
+            }
+            let first = rows.first();
+            let fields = first.map_or_else(Vec::new, |first| Field::default().all(first));
+            let is_table = first.is_none_or(Value::is_array) || !fields.is_empty();
+            is_table.then_some(Rows {
+                holder: Holder::List(rows),
+                count: rows.len(),
+                fields,
+            })
         }
         Value::Object(map) => {
             if let Some(data) = map.get("data") {
                 return rows_in(data);
             }
-            let numbers = |v: &Value| number(v).is_some() || v.is_null();
-            let lists = map
-                .iter()
-                .filter_map(|(key, v)| Some((key, v.as_array()?.as_slice())));
-            let mut columns: Vec<_> = lists
-                .filter(|(_, v)| v.len() > 1 && v.iter().all(numbers))
-                .collect();
-            let longest = columns.iter().map(|(_, v)| v.len()).max().unwrap_or(0);
-            columns.retain(|(_, v)| v.len() == longest);
-            let own = (columns.len() > 1).then_some(Rows::Columns(columns));
+            let own = columns_of(map);
             let inner = map.values().filter_map(rows_in);
-            inner.chain(own).max_by_key(Rows::count)
+            inner.chain(own).max_by_key(|rows| rows.count)
         }
         _ => None,
     }
 }
 
+/// The longest signals of an object, of numbers or of vectors, where there is more than one.
+fn columns_of(map: &Map<String, Value>) -> Option<Rows<'_>> {
+    let lists = map
+        .iter()
+        .filter_map(|(key, v)| Some((key, v.as_array()?)))
+        .filter(|(_, list)| list.len() > 1);
+    let mut found: Vec<(usize, Vec<Field<'_>>)> = Vec::new();
+    for (key, list) in lists {
+        let begun = Field::default().down(Step::Key(key));
+        let plain = |v: &Value| number(v).is_some() || v.is_null();
+        let fields = match list.iter().all(plain) {
+            true => vec![begun],
+            false if list.iter().all(Value::is_array) => begun.all(&list[0]),
+            false => continue,
+        };
+        found.push((list.len(), fields));
+    }
+    let count = found.iter().map(|(count, _)| *count).max()?;
+    let fields: Vec<_> = found
+        .into_iter()
+        .filter(|(length, _)| *length == count)
+        .flat_map(|(_, fields)| fields)
+        .collect();
+    (fields.len() > 1).then_some(Rows {
+        holder: Holder::Columns(map),
+        count,
+        fields,
+    })
+}
+
 impl<'a> Rows<'a> {
-    fn count(&self) -> usize {
-        match self {
-            Self::Matrix(rows) | Self::Objects(rows, _) => rows.len(),
-            Self::Columns(columns) => columns.first().map_or(0, |(_, v)| v.len()),
+    /// How many cells a row has; where they have names every row has all, some of them empty.
+    fn across(&self, row: usize) -> usize {
+        match &self.holder {
+            Holder::List(rows) => match &rows[row] {
+                Value::Array(cells) => cells.len(),
+                _ => self.fields.len(),
+            },
+            Holder::Columns(_) => self.fields.len(),
         }
     }
 
-    fn names(&self) -> Vec<String> {
-        match self {
-            Self::Matrix(rows) => {
-                let first = rows.first().and_then(Value::as_array);
-                let across = first.map_or(0, Vec::len);
-                (0..across).map(|i| i.to_string()).collect()
+    fn cell(&self, field: &Field<'_>, row: usize) -> Option<&'a Value> {
+        match (&self.holder, field.path.as_slice()) {
+            (Holder::List(rows), path) => follow(rows.get(row)?, path),
+            (Holder::Columns(map), [Step::Key(key), path @ ..]) => {
+                follow(map.get(*key)?.get(row)?, path)
             }
-            Self::Objects(_, keys) => keys.iter().map(|key| (*key).clone()).collect(),
-            Self::Columns(columns) => columns.iter().map(|(key, _)| (*key).clone()).collect(),
+            (Holder::Columns(_), _) => None,
         }
     }
+}
 
-    fn cells(&self, row: usize) -> Vec<Option<&'a Value>> {
-        match self {
-            Self::Matrix(rows) => {
-                let cells = rows.get(row).and_then(Value::as_array);
-                cells.into_iter().flatten().map(Some).collect()
-            }
-            Self::Objects(rows, keys) => keys.iter().map(|key| rows.get(row)?.get(*key)).collect(),
-            Self::Columns(columns) => columns.iter().map(|(_, v)| v.get(row)).collect(),
-        }
-    }
+/// What stands at the end of a path.
+fn follow<'b>(from: &'b Value, path: &[Step<'_>]) -> Option<&'b Value> {
+    path.iter().try_fold(from, |value, step| step.of(value))
 }
 
 #[cfg(test)]
@@ -196,10 +296,26 @@ mod tests {
             r#"{"F": [3, 4], "x": [1, 2], "mass": 7, "name": "a run"}"#,
             r#"{"mass": 7, "entries": [{"F": 3, "x": 1, "on": "yes"}, {"x": 2, "F": 4}]}"#,
             r#"{"run": {"data": {"F": [3, 4], "x": [1, 2]}, "limits": [1, 2, 3]}}"#,
+            r#"{"set": 7, "data": [{"kind": "run", "F": [3, 4], "of": ["a"], "x": [1, 2]}]}"#,
+            "{\"F\": 3, \"x\": 1}\n{\"F\": 4, \"x\": 2}\n",
         ] {
             assert_eq!(seen(text), wanted, "{text}");
         }
         assert_eq!(seen("[[1, true], [2, null]]"), "0 [1.0, 2.0]; 1 [1.0, NaN]");
+        let vectors = "motor.on [1.0, 0.0]; q[1] [1.0, 3.0]; q[2] [2.0, NaN]";
+        for text in [
+            r#"[{"q": [1, 2], "motor": {"on": true}}, {"q": [3, null], "motor": {"on": false}}]"#,
+            "{\"q\": [1, 2], \"motor\": {\"on\": 1}}\n{\"q\": [3], \"motor\": {\"on\": 0}}",
+        ] {
+            assert_eq!(seen(text), vectors, "{text}");
+        }
+        let by_name =
+            r#"{"q": [[1, 2], [3, 4], [5, 6]], "F": [7, 8, 9], "names": ["a", "b", "c"]}"#;
+        assert_eq!(
+            seen(by_name),
+            "F [7.0, 8.0, 9.0]; q[1] [1.0, 3.0, 5.0]; q[2] [2.0, 4.0, 6.0]"
+        );
+        assert!(seen("{\"x\": 1}\n{\"x\": }").contains("row 2 (line of the file)"));
         assert!(seen("{\"mass\": 7}").contains("without a table"));
         assert!(seen("[[1, 2], [3]]").contains("row 2 (counted from 1)"));
         assert!(seen("{\"data\": []}").contains("no row"));

@@ -108,10 +108,7 @@ pub(crate) fn is_a_log(bytes: &[u8]) -> bool {
     match bytes.iter().find(|b| !b.is_ascii_whitespace()) {
         None => false,
         // A model file is an object as well.
-        Some(b'{') => {
-            let json: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
-            json.is_some_and(|json| json::holds_a_log(&json))
-        }
+        Some(b'{') => json::holds_a_log(bytes),
         Some(_) => {
             bytes.starts_with(&[0x1f, 0x8b])
                 || foreign(bytes).is_some()
