@@ -5,7 +5,8 @@
 //! file that an editor shows, comments and blank lines counted.
 
 use super::cells::{Clock, Decimal, instant, number};
-use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
+use super::layout::{FURTHER, Layout, TOP, guess, is_comment};
+use super::ways::{Separator, split};
 use super::{blocks, decode, lines};
 use crate::study::log::{Column, NO_HEADING, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};

@@ -6,6 +6,7 @@ pub(super) mod csv;
 mod heading;
 mod layout;
 pub(super) mod long;
+mod ways;
 
 use crate::study::log::Request;
 use crate::text::error::Result;
