@@ -65,6 +65,24 @@ fn a_command_beside_what_was_measured_is_not_taken_for_it() {
 }
 
 #[test]
+fn a_measurement_file_of_labview_names_a_column_without_cells_and_its_units_in_its_heads() {
+    let folder = TempDir::new().unwrap();
+    let segment = "Channels\t2\t\nY_Unit_Label\tmm\tkN\nX_Dimension\tTime\tTime\nDelta_X\t0.002\t0.002\n\
+                   ***End_of_Header***\t\t\nX_Value\tStroke\tRod force\tComment";
+    let rows = text(segment, |t| {
+        let [x, v, _] = motion(t);
+        [t, 1e3 * x, 0.04 * x + 0.003 * v]
+    });
+    let log = format!("LabVIEW Measurement\t\n***End_of_Header***\t\n\n{rows}\n{rows}");
+    fs::write(folder.path().join("run.lvm"), log.replace(',', "\t")).unwrap();
+    let study = init(&folder, &["run.lvm"]);
+    assert!(study.contains("rows = [6000, 12000]"), "{study}");
+    let found = values(&folder.path().join("study.toml"));
+    assert_near(&found, "stiffness", 40.0, 1e-3);
+    assert_near(&found, "viscous", 3.0, 1e-2);
+}
+
+#[test]
 fn what_init_cannot_draft_is_refused_with_its_reason() {
     let folder = TempDir::new().unwrap();
     let write = |name: &str, force: fn(f64, f64) -> f64| {

@@ -211,6 +211,12 @@ pub(super) fn rows(
 ) -> Result<(Vec<u32>, Vec<usize>)> {
     let first_line = layout.first_line.unwrap_or(1);
     let [from, to] = request.rows.unwrap_or([0, usize::MAX]);
+    // Names beyond the cells of most rows are those of columns without cells, as LabVIEW's Comment.
+    let unnamed = usize::from(names.last().is_some_and(String::is_empty));
+    let least = match request.columns {
+        None => layout.numeric.len().min(names.len() - unnamed),
+        Some(_) => names.len() - unnamed,
+    };
     let mut numbering = Vec::new();
     let mut cells = Vec::with_capacity(names.len());
     let mut total = body.rows_before;
@@ -232,8 +238,8 @@ pub(super) fn rows(
         // A separator at the end of the rows or of the heading alone is no column.
         if cells.len() == names.len() + 1 && cells.last().is_some_and(|c| c.is_empty()) {
             cells.pop();
-        } else if cells.len() + 1 == names.len() && names.last().is_some_and(String::is_empty) {
-            cells.push("");
+        } else if (least..names.len()).contains(&cells.len()) {
+            cells.resize(names.len(), "");
         }
         if cells.len() != names.len() {
             return Err(wrong_length(

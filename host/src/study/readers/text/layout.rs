@@ -4,6 +4,7 @@
 use super::cells::{Decimal, number};
 use super::heading::{
     commented_heading, heading_and_units, listed_heading, name_the_unnamed, with_columns_of_units,
+    with_labelled_units,
 };
 use super::ways::{Separator, best_way, is_value, numeric_columns, split};
 
@@ -25,6 +26,8 @@ pub(super) struct Layout {
     pub(super) units: Vec<Option<String>>,
     /// The line of the file in which the first row of numbers stands; `None` where there is none.
     pub(super) first_line: Option<usize>,
+    /// Which cells of the rows hold numbers.
+    pub(super) numeric: Vec<bool>,
 }
 
 /// Whether a line is a comment, or drawn below a heading.
@@ -41,11 +44,10 @@ fn is_rule(line: &str) -> bool {
 /// Finds the layout; `top` are the file's first lines, `further` some from its middle and end,
 /// blank lines left out.
 pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
-    // LabVIEW's measurement files end their two heads in a line of their own.
-    let head = top
-        .iter()
-        .rposition(|(_, l)| l.trim_start().starts_with("***End_of_Header***"));
-    let top = &top[head.map_or(0, |at| at + 1)..];
+    // LabVIEW's measurement files end the head of the file and that of each segment in such a line.
+    let is_end = |(_, l): &(usize, &str)| l.trim_start().starts_with("***End_of_Header***");
+    let ends = (0..top.len()).filter(|at| is_end(&top[*at]));
+    let (head, top) = top.split_at(ends.take(2).last().map_or(0, |at| at + 1));
     let rows: Vec<(usize, &str)> = top
         .iter()
         .copied()
@@ -98,6 +100,8 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         Some(names) => with_columns_of_units(units, names, &body, &split_line),
         None => units,
     };
+    let preface = head.iter().chain(above).map(|(_, line)| split_line(line));
+    let units = with_labelled_units(units, preface, columns);
     if let (Some(names), Some(i)) = (&mut heading, first) {
         let cells = rows[i..].iter().take(2).map(|(_, row)| split_line(row));
         let firsts = cells.filter_map(|cells| number(cells.first()?, decimal));
@@ -112,15 +116,19 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         heading,
         units,
         first_line: first.map(|i| rows[i].0),
+        numeric,
     }
 }
 
-/// Whether most of the columns hold a number or an instant in these cells, as in a row and not in a
-/// preface.
+/// Whether most of the columns hold a number or an instant in these cells and the first one no word,
+/// as in a row and not in a preface.
 pub(super) fn holds_numbers(cells: &[&str], layout: &Layout) -> bool {
-    let columns = layout.heading.as_ref().map_or(0, Vec::len);
-    let values = cells.iter().filter(|c| is_value(c, layout.decimal)).count();
-    2 * values > columns && fits(cells.len(), columns)
+    let columns = layout.numeric.len();
+    let is_value = |c: &&&str| is_value(c, layout.decimal);
+    let is_label = |c: &&str| layout.numeric[0] && !c.is_empty() && !is_value(&c);
+    2 * cells.iter().filter(is_value).count() > columns
+        && fits(cells.len(), columns)
+        && !cells.first().is_some_and(is_label)
 }
 
 /// A trailing separator adds an empty cell to the rows or to the heading.
@@ -308,15 +316,34 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_file_of_labview_begins_below_its_heads() {
-        let head = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t20\t20\t\n\
-                    Delta_X\t0.001\t0.001\n***End_of_Header***\t\t\nX_Value\tWeg\tKraft\tComment\n";
-        let found = guessed(&row_repeated(head, "0.000000\t1.5\t-3.25\t"));
+    fn a_measurement_file_of_labview_begins_below_its_heads_and_says_its_units_there() {
+        let segment = "Channels\t2\t\t\nSamples\t20\t20\t\nY_Unit_Label\tmm\tVolts\nX_Dimension\tTime\tTime\n\
+                       Delta_X\t0.001\t0.001\n***End_of_Header***\t\t\n";
+        let rows = row_repeated("X_Value\tWeg\tKraft\tComment\n", "0.000000\t1.5\t-3.25");
+        let found = guessed(&format!(
+            "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n{segment}{rows}{segment}{rows}"
+        ));
         assert_eq!(
             found.heading.unwrap(),
             ["X_Value", "Weg", "Kraft", "Comment"]
         );
         assert_eq!(found.separator, Separator::Char('\t'));
+        assert_eq!(found.first_line, Some(11));
+        let units = ["s", "mm", "Volts"].map(|unit| Some(unit.to_owned()));
+        assert_eq!(found.units, units);
+    }
+
+    #[test]
+    fn a_preface_may_state_the_units_behind_a_word() {
+        for (units, found) in [
+            ("Units;s;mm;N", [Some("s"), Some("mm"), Some("N")]),
+            ("Einheit;[mm];[N]", [None, Some("mm"), Some("N")]),
+            ("Unit under test;A;V", [None; 3]),
+        ] {
+            let layout = guessed(&row_repeated(&format!("{units}\nRun;7\nt;x;F\n"), "1;2;3"));
+            let stated = (0..3).map(|at| layout.units.get(at).and_then(|unit| unit.as_deref()));
+            assert_eq!(stated.collect::<Vec<_>>(), found, "{units}");
+        }
     }
 
     #[test]
