@@ -1,6 +1,7 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
+use super::pairs::are_of_others;
 use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, names};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, Parts, Trial, trials};
@@ -182,8 +183,15 @@ fn best_axis(
     let (force, trials) = best.unwrap_or((parts.force[0], Vec::new()));
     if let [_, _, ..] = likely.as_slice() {
         let all: Vec<String> = likely.iter().map(|c| format!("{:?}", c.name)).collect();
+        let first = parts.displacement[0];
+        let others = match likely.iter().any(|f| are_of_others(first, f, parts)) {
+            true => {
+                "the displacement of its number goes with it; the others are other axes or runs, each for a study of its own"
+            }
+            false => "where several act on the body, write all of them as a list",
+        };
         findings.push(format!(
-            "of {} the motion explains {:?} best, so that is the force; where several act on the body, write all of them as a list",
+            "of {} the motion explains {:?} best, so that is the force; {others}",
             all.join(", "),
             force.name
         ));
@@ -223,7 +231,7 @@ fn best_axis(
         )));
     };
     let mut axis = axis_of(logs, chosen, parts, force, kind, said, findings);
-    if let Some(other) = another_side(chosen, parts, kind, said) {
+    if let Some(other) = another_side(chosen, parts, force, kind, said) {
         axis.displacement[0].guessed = true;
         findings.push(format!(
             "of {:?} and {:?} the first alone is taken as the displacement; where the joint lies between the two, write displacement = [{:?}, \
@@ -238,6 +246,7 @@ fn best_axis(
 fn another_side<'a>(
     chosen: &Trial<'_>,
     parts: &Parts<'a>,
+    force: &SurveyedColumn,
     kind: AxisKind,
     said: &UserChoices,
 ) -> Option<&'a SurveyedColumn> {
@@ -248,7 +257,10 @@ fn another_side<'a>(
     let score = |c: &SurveyedColumn| c.named.score(Quantity::Displacement(kind));
     let first = chosen.first;
     let mut others = parts.displacement.iter().copied();
-    others.find(|c| c.name != first.name && c.unit == first.unit && score(c) == score(first))
+    others.find(|c| {
+        let is_like = c.unit == first.unit && score(c) == score(first);
+        c.name != first.name && is_like && !are_of_others(c, force, parts)
+    })
 }
 
 /// A column as study.toml will have it; what its numbers are taken for where no log says so is a
