@@ -8,6 +8,7 @@ use super::joined::{PLUS, with_a_heading};
 use super::log::Request;
 use super::readers::long::LongLog;
 use super::time::Stamps;
+use super::time::pieces::restarts;
 use crate::text::error::{Error, Result};
 use std::collections::HashSet;
 use std::ops::Range;
@@ -121,8 +122,8 @@ pub struct Survey {
     pub(crate) first_row: usize,
     /// Whether the file holds more rows than these.
     pub(crate) is_part: bool,
-    /// Where the blocks of the file begin and end that have a heading each, unless their time goes
-    /// on from one to the next.
+    /// Where the blocks of the file begin and end that have a heading each, or a time that begins
+    /// anew, unless their time goes on from one to the next.
     pub(crate) blocks: Vec<[usize; 2]>,
 }
 
@@ -184,11 +185,18 @@ impl Survey {
         }
         let mut time = time_of(&columns);
         let mut blocks = Vec::new();
-        if time.is_none() && !table.blocks.is_empty() {
-            let ends = table.blocks.iter().copied().chain([rows]);
-            let starts = std::iter::once(0).chain(table.blocks.iter().copied());
-            blocks = starts.zip(ends).map(|(from, to)| [from, to]).collect();
-            let first = columns.iter().map(|c| c.in_rows(0..table.blocks[0]));
+        let mut starts = table.blocks;
+        let clock = columns.iter().max_by_key(|c| c.named.time);
+        if let (true, None, Some(clock)) = (starts.is_empty(), &long, clock)
+            && clock.named.time > 1
+        {
+            starts = restarts(&clock.values);
+        }
+        if time.is_none() && !starts.is_empty() {
+            let ends = starts.iter().copied().chain([rows]);
+            let begins = std::iter::once(0).chain(starts.iter().copied());
+            blocks = begins.zip(ends).map(|(from, to)| [from, to]).collect();
+            let first = columns.iter().map(|c| c.in_rows(0..starts[0]));
             time = time_of(&first.collect::<Vec<_>>());
         }
         Ok(Self {
