@@ -2,7 +2,7 @@
 //! stands.
 
 use super::pairs::are_of_others;
-use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, names};
+use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever, names};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, Parts, Trial, trials};
 use super::velocity::{of_a_count, size_of_a_count, velocity_of};
@@ -278,10 +278,19 @@ pub(super) fn channel(
         .filter_map(|log| log.survey.column(&column.name))
         .map(|c| c.unit.as_deref())
         .collect();
+    let lever = at_a_lever(column, quantity);
     let is_usable = |unit: &str| quantity.factor(unit, true).is_ok();
     let unknown = units.iter().copied().flatten().find(|u| !is_usable(u));
     let differ = units.iter().any(|unit| *unit != units[0]);
     let unit = match unknown {
+        _ if lever.is_some() => {
+            findings.push(format!(
+                "column {:?} is a force, which turns the axis by a lever: its arm is taken for 1 m until you multiply the scale by the arm \
+                 in metres, {{ column = {:?}, unit = \"N*m\", scale = ARM }}",
+                column.name, column.name
+            ));
+            quantity.si_unit().map(str::to_owned)
+        }
         Some(unit) => {
             findings.push(format!(
                 "column {:?} is in {unit:?}, which is no unit of it that is known here, so its numbers are taken for {} until you write \
@@ -318,7 +327,7 @@ pub(super) fn channel(
         column: column.name.clone(),
         guessed: !named && column.named.score(quantity) < 2 || bare || unknown.is_some() || differ,
         unit,
-        scale: 1.0,
+        scale: lever.unwrap_or(1.0),
         sign_bit: logs
             .iter()
             .filter_map(|log| log.survey.column(&column.name))
@@ -346,7 +355,7 @@ fn turn_a_sign(
         ));
         return 1.0;
     }
-    force.scale = -1.0;
+    force.scale = -force.scale;
     force.guessed = true;
     findings.push(format!(
         "column {:?} pushes against the acceleration, which a mass does not, so its sign was turned",

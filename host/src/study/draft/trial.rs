@@ -77,6 +77,10 @@ impl<'a> Parts<'a> {
             found
         };
         let mut force = list("force", Quantity::Force(kind));
+        // What somebody says to turn is turned by a force at a lever where no torque was logged.
+        if force.is_empty() && kind == AxisKind::Rotation && said.column("displacement").is_some() {
+            force = list("force", Quantity::Force(AxisKind::Translation));
+        }
         // Beside a torque, a position without a unit, or in counts, is an angle.
         let turned = kind == AxisKind::Rotation && !force.is_empty();
         let motion = |role: &str, quantity: fn(AxisKind) -> Quantity| {

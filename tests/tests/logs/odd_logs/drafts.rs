@@ -1,7 +1,7 @@
 //! What a draft takes names, units and numbers for, and what it refuses.
 
 use super::{RATE, ROWS, assert_near, init, motion, refused, text, values};
-use jointwatch::study::Study;
+use jointwatch::study::{AxisKind, Study};
 use jointwatch_tests::program::succeed;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -266,7 +266,7 @@ fn unit_columns(rows: u32, last: &str) {
 
 /// As structural tests write it: the drift of a storey is an angle, the force is none about it.
 #[test]
-fn an_angle_beside_a_force_stands_for_the_displacement() {
+fn an_angle_beside_a_force_stands_for_the_displacement_and_the_force_for_its_torque() {
     let folder = TempDir::new().unwrap();
     let log = text("t,storey drift angle (rad),Force (kN)", |t| {
         let [x, v, _] = motion(t);
@@ -275,6 +275,9 @@ fn an_angle_beside_a_force_stands_for_the_displacement() {
     fs::write(folder.path().join("run.csv"), log).unwrap();
     let said = succeed(folder.path(), &["init", "--yes", "run.csv"]);
     assert!(said.contains("is taken for the displacement"), "{said}");
+    assert!(said.contains("turns the axis by a lever"), "{said}");
+    let study = Study::read(&folder.path().join("study.toml")).unwrap();
+    assert_eq!(study.axes[0].kind, AxisKind::Rotation);
     let found = values(&folder.path().join("study.toml"));
     assert_near(&found, "stiffness", 40e3, 1e-3);
     assert_near(&found, "viscous", 3e3, 1e-2);
