@@ -7,7 +7,7 @@
 use super::cells::{Clock, Decimal, instant, number};
 use super::layout::{FURTHER, Layout, TOP, guess, is_comment};
 use super::ways::{Separator, split};
-use super::{blocks, decode, lines};
+use super::{across, blocks, decode, lines};
 use crate::study::log::{Column, NO_HEADING, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 use std::ops::Range;
@@ -22,7 +22,13 @@ pub(super) const PART: usize = 1 << 14;
 /// Reads the columns that the request needs.
 pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let decoded = decode(request, bytes)?;
-    let mut table = read_text(request, &decoded.text)?;
+    let mut table = match across::upright(&decoded.text) {
+        Some(upright) => Table {
+            numbering: Numbering::From(1 + request.rows.map_or(0, |[from, _]| from)),
+            ..read_text(request, &upright)?
+        },
+        None => read_text(request, &decoded.text)?,
+    };
     table.format = format!("{} {}", decoded.encoding, table.format);
     Ok(table)
 }
@@ -185,7 +191,10 @@ impl Reading {
             self.values.push(value);
             return true;
         }
-        let at = instant(cell);
+        let at = match &self.clock {
+            Some(clock) => clock.instant(cell),
+            None => instant(cell),
+        };
         if let Some(at) = at
             && (self.clock.is_some() || self.values.iter().all(|v| v.is_nan()))
         {

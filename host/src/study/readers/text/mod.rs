@@ -1,5 +1,6 @@
 //! Text of a log: its encoding, and its lines whatever ends them.
 
+mod across;
 mod blocks;
 mod cells;
 pub(super) mod csv;
