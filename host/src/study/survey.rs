@@ -4,18 +4,19 @@
 use super::channels::naming::{self, Named};
 use super::channels::signs::{sign_bit, signed};
 use super::channels::units::{Quantity, is_bare};
-use super::joined::{PLUS, with_a_heading};
+use super::joined::with_a_heading;
 use super::log::Request;
 use super::readers::long::LongLog;
 use super::time::Stamps;
 use super::time::pieces::restarts;
 use crate::text::error::{Error, Result};
-use std::collections::HashSet;
 use std::ops::Range;
 use std::path::Path;
 
 /// No log of a joint is shorter, s, where its unit of time is to be told.
 const A_MOMENT_S: f64 = 0.5;
+/// No log of a joint has a longer step, s, where its unit of time is to be told.
+const LONG_STEP_S: f64 = 0.2;
 /// Rows of a long log that are looked at.
 const BEGINNING: usize = 1 << 18;
 
@@ -212,31 +213,6 @@ impl Survey {
             states_heading,
             file,
         })
-    }
-
-    /// Looks at several logs. Those of one length that hold one channel each, of different names or
-    /// of none, are the channels of one run.
-    ///
-    /// # Errors
-    /// As [`Survey::of`].
-    pub fn of_all(paths: &[&Path]) -> Result<Vec<Self>> {
-        let all: Vec<Self> = paths.iter().map(|p| Self::of(p)).collect::<Result<_>>()?;
-        let is_channel = |survey: &Self| {
-            let time = survey.time.as_ref().map(|t| t.column.as_str());
-            let measured = survey
-                .columns
-                .iter()
-                .filter(|c| Some(c.name.as_str()) != time);
-            measured.count() == 1 && survey.rows == all[0].rows
-        };
-        let names = |survey: &Self| survey.columns.iter().map(|c| c.name.clone()).collect();
-        let headings: HashSet<Vec<String>> = all.iter().map(names).collect();
-        let differ = all[0].states_heading || headings.len() == all.len();
-        if all.len() < 2 || !differ || !all.iter().all(is_channel) {
-            return Ok(all);
-        }
-        let files: Vec<&str> = all.iter().map(|survey| survey.file.as_str()).collect();
-        Ok(vec![Self::of(Path::new(&files.join(PLUS)))?])
     }
 
     /// The log as it is with some of its columns, up to the last row in which one of those that not
@@ -469,7 +445,7 @@ fn usual_unit(column: &SurveyedColumn) -> f64 {
         ..=50e3 => (1e-6, 1e-3),
         _ => (1e-9, 1e-6),
     };
-    match length * unit < A_MOMENT_S {
+    match length * unit < A_MOMENT_S && step * coarser <= LONG_STEP_S {
         true => coarser,
         false => unit,
     }

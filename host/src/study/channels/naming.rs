@@ -338,8 +338,12 @@ pub(crate) fn split_unit(name: &str) -> (&str, Option<String>) {
     }
     for (at, _) in name.match_indices(['_', ' ']).filter(|(at, _)| *at > 0) {
         let unit = name[at + 1..].replace("_per_", "/").replace('_', "/");
-        // `chan_1` is the first of several.
-        if is_a_unit(&unit) && unit.parse::<usize>().is_err() {
+        // `chan_1` is the first of several, and `torque_in` goes in.
+        let is_inch = || {
+            let stem = &name[..at].to_lowercase();
+            by_name(Quantity::Displacement(Translation), stem, &tokens(stem)) > 0
+        };
+        if is_a_unit(&unit) && unit.parse::<usize>().is_err() && (unit != "in" || is_inch()) {
             return (&name[..at], Some(unit));
         }
     }

@@ -122,7 +122,7 @@ fn runs_of<'a>(surveys: &'a [Survey], findings: &mut Vec<String>) -> Cow<'a, [Su
             None => (one_below_another(survey), "one below the other"),
         };
         let anew = match (&survey.time, survey.blocks.is_empty()) {
-            (Some(_), false) => "begins its time",
+            (Some(_), false) => "starts its time",
             _ => "names its columns",
         };
         if own.is_empty() {
