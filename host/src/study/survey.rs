@@ -187,10 +187,9 @@ impl Survey {
         let mut time = time_of(&columns);
         let mut blocks = Vec::new();
         let mut starts = table.blocks;
-        let clock = columns.iter().max_by_key(|c| c.named.time);
-        if let (true, None, Some(clock)) = (starts.is_empty(), &long, clock)
-            && clock.named.time > 1
-        {
+        let is_clock = |c: &&SurveyedColumn| c.named.time > 1 && long.is_none();
+        let clock = columns.iter().filter(is_clock);
+        if let (true, Some(clock)) = (starts.is_empty(), clock.max_by_key(|c| c.named.time)) {
             starts = restarts(&clock.values);
         }
         if time.is_none() && !starts.is_empty() {

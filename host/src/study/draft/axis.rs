@@ -185,9 +185,7 @@ fn best_axis(
         let all: Vec<String> = likely.iter().map(|c| format!("{:?}", c.name)).collect();
         let first = parts.displacement[0];
         let others = match likely.iter().any(|f| are_of_others(first, f, parts)) {
-            true => {
-                "the displacement of its number goes with it; the others are other axes or runs, each for a study of its own"
-            }
+            true => "the displacement has its number; the others are other axes or runs",
             false => "where several act on the body, write all of them as a list",
         };
         findings.push(format!(

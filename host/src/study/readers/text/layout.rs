@@ -120,8 +120,8 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
     }
 }
 
-/// Whether most of the columns hold a number or an instant in these cells and the first one no word,
-/// as in a row and not in a preface.
+/// Whether most of the columns hold a number or an instant in these cells and the first one no
+/// word, as in a row and not in a preface.
 pub(super) fn holds_numbers(cells: &[&str], layout: &Layout) -> bool {
     let columns = layout.numeric.len();
     let is_value = |c: &&&str| is_value(c, layout.decimal);
