@@ -4,18 +4,20 @@
 use super::channels::naming::{self, Named};
 use super::channels::signs::{sign_bit, signed};
 use super::channels::units::{Quantity, is_bare};
-use super::joined::{PLUS, with_a_heading};
+use super::joined::with_a_heading;
 use super::log::Request;
 use super::readers::long::LongLog;
 use super::series::{extent, spread};
 use super::time::Stamps;
+use super::time::pieces::restarts;
 use crate::text::error::{Error, Result};
-use std::collections::HashSet;
 use std::ops::Range;
 use std::path::Path;
 
 /// No log of a joint is shorter, s, where its unit of time is to be told.
 const A_MOMENT_S: f64 = 0.5;
+/// No log of a joint has a longer step, s, where its unit of time is to be told.
+const LONG_STEP_S: f64 = 0.2;
 /// Rows of a long log that are looked at.
 const BEGINNING: usize = 1 << 18;
 
@@ -122,8 +124,8 @@ pub struct Survey {
     pub(crate) first_row: usize,
     /// Whether the file holds more rows than these.
     pub(crate) is_part: bool,
-    /// Where the blocks of the file begin and end that have a heading each, unless their time goes
-    /// on from one to the next.
+    /// Where the blocks of the file begin and end that have a heading each, or a time that begins
+    /// anew, unless their time goes on from one to the next.
     pub(crate) blocks: Vec<[usize; 2]>,
 }
 
@@ -185,11 +187,17 @@ impl Survey {
         }
         let mut time = time_of(&columns);
         let mut blocks = Vec::new();
-        if time.is_none() && !table.blocks.is_empty() {
-            let ends = table.blocks.iter().copied().chain([rows]);
-            let starts = std::iter::once(0).chain(table.blocks.iter().copied());
-            blocks = starts.zip(ends).map(|(from, to)| [from, to]).collect();
-            let first = columns.iter().map(|c| c.in_rows(0..table.blocks[0]));
+        let mut starts = table.blocks;
+        let is_clock = |c: &&SurveyedColumn| c.named.time > 1 && long.is_none();
+        let clock = columns.iter().filter(is_clock);
+        if let (true, Some(clock)) = (starts.is_empty(), clock.max_by_key(|c| c.named.time)) {
+            starts = restarts(&clock.values);
+        }
+        if time.is_none() && !starts.is_empty() {
+            let ends = starts.iter().copied().chain([rows]);
+            let begins = std::iter::once(0).chain(starts.iter().copied());
+            blocks = begins.zip(ends).map(|(from, to)| [from, to]).collect();
+            let first = columns.iter().map(|c| c.in_rows(0..starts[0]));
             time = time_of(&first.collect::<Vec<_>>());
         }
         Ok(Self {
@@ -205,31 +213,6 @@ impl Survey {
             states_heading,
             file,
         })
-    }
-
-    /// Looks at several logs. Those of one length that hold one channel each, of different names or
-    /// of none, are the channels of one run.
-    ///
-    /// # Errors
-    /// As [`Survey::of`].
-    pub fn of_all(paths: &[&Path]) -> Result<Vec<Self>> {
-        let all: Vec<Self> = paths.iter().map(|p| Self::of(p)).collect::<Result<_>>()?;
-        let is_channel = |survey: &Self| {
-            let time = survey.time.as_ref().map(|t| t.column.as_str());
-            let measured = survey
-                .columns
-                .iter()
-                .filter(|c| Some(c.name.as_str()) != time);
-            measured.count() == 1 && survey.rows == all[0].rows
-        };
-        let names = |survey: &Self| survey.columns.iter().map(|c| c.name.clone()).collect();
-        let headings: HashSet<Vec<String>> = all.iter().map(names).collect();
-        let differ = all[0].states_heading || headings.len() == all.len();
-        if all.len() < 2 || !differ || !all.iter().all(is_channel) {
-            return Ok(all);
-        }
-        let files: Vec<&str> = all.iter().map(|survey| survey.file.as_str()).collect();
-        Ok(vec![Self::of(Path::new(&files.join(PLUS)))?])
     }
 
     /// The log as it is with some of its columns, up to the last row in which one of those that not
@@ -390,9 +373,9 @@ fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> Surveye
 }
 
 /// The column that counts the time: the one whose name or unit says so best, where it never falls;
-/// of columns without names the first that changes, where it rises evenly, and so the first one where its name
-/// is a unit of time alone (a path is called `s` as well), or says of no quantity that it is one
-/// and no row's number.
+/// of columns without names the first that changes, where it rises evenly, and so the first one
+/// where its name is a unit of time alone (a path is called `s` as well), or says of no quantity
+/// that it is one and no row's number.
 pub(crate) fn time_of(columns: &[SurveyedColumn]) -> Option<SurveyedTime> {
     let rises = |c: &&SurveyedColumn| {
         let rising = c.values.windows(2).filter(|w| w[1] > w[0]).count();
@@ -447,7 +430,7 @@ fn usual_unit(column: &SurveyedColumn) -> f64 {
         ..=50e3 => (1e-6, 1e-3),
         _ => (1e-9, 1e-6),
     };
-    match length * unit < A_MOMENT_S {
+    match length * unit < A_MOMENT_S && step * coarser <= LONG_STEP_S {
         true => coarser,
         false => unit,
     }

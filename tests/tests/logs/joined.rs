@@ -83,3 +83,25 @@ fn files_of_different_length_or_that_are_missing_are_refused() {
     let said = fail(folder, &identify, 3);
     assert!(said.contains("load.csv cannot be read"), "{said}");
 }
+
+#[test]
+fn files_of_several_channels_that_none_other_has_and_lines_of_numbers_are_put_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write(folder, "motion.csv", "t,x,x_cmd\n", &[0, 1, 1], 4000);
+    write(folder, "load.csv", "t,F,F_cmd\n", &[0, 2, 2], 4000);
+    succeed(folder, &["init", "--yes", "motion.csv", "load.csv"]);
+    let study = fs::read_to_string(folder.join("study.toml")).unwrap();
+    assert!(study.contains("motion.csv + load.csv"), "{study}");
+    is_the_damper(folder);
+    fs::remove_file(folder.join("study.toml")).unwrap();
+    for (file, column) in [("position.txt", 1), ("force.txt", 2)] {
+        let cells: Vec<String> = (0..4000)
+            .map(|at| format!("{:.9}", row(at)[column]))
+            .collect();
+        fs::write(folder.join(file), cells.join("\t") + "\t").unwrap();
+    }
+    let init = ["init", "--yes", "position.txt", "force.txt", "--rate"];
+    succeed(folder, &[&init[..], &["1000"]].concat());
+    is_the_damper(folder);
+}

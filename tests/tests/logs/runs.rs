@@ -149,6 +149,28 @@ fn blocks_of_one_log_with_a_heading_each_are_records_of_their_own() {
 
 /// Two thermometers and two columns of words are no second run of one displacement.
 #[test]
+fn runs_below_one_heading_are_records_where_the_time_begins_anew() {
+    let dir = TempDir::new().unwrap();
+    let mut text = String::from("Run,T,disp,force\n,sec,mm,N\n");
+    for (run, hz, rows) in [(1, 2.0, 2000), (2, 1.3, 1500)] {
+        (0..rows).for_each(|i| writeln!(text, "{run},{}", cells(row(i, hz))).unwrap());
+    }
+    fs::write(dir.path().join("runs.csv"), &text).unwrap();
+    is_the_damper(drafted(dir.path(), &["runs.csv"]));
+    let study = fs::read_to_string(dir.path().join("study.toml")).unwrap();
+    for rows in ["rows = [0, 2000]", "rows = [2000, 3500]"] {
+        assert!(study.contains(rows), "{study}");
+    }
+    // A row that is out of its place begins no run.
+    let mut lines: Vec<&str> = text.lines().collect();
+    lines.truncate(2000);
+    lines.swap(1000, 1001);
+    fs::write(dir.path().join("runs.csv"), lines.join("\n")).unwrap();
+    let said = fail(dir.path(), &["init", "--yes", "runs.csv"], 3);
+    assert!(said.contains("does not rise"), "{said}");
+}
+
+#[test]
 fn names_that_stand_twice_beside_one_force_make_no_runs() {
     let dir = TempDir::new().unwrap();
     let mut text = String::from("time,displacement,force,T,RH,T,RH,phase,state,phase,state\n");

@@ -179,6 +179,7 @@ const CLOCKS: [(&str, &str); 2] = [("millis", "ms"), ("micros", "us")];
 
 /// Reads a column's name, and its unit where the file states one.
 pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
+    let name = without_index(name).0;
     let (written, own) = match split_unit(name) {
         // What is in square brackets is a unit even where nobody here knows it.
         (whole, None) => bracketed(whole).unwrap_or((whole, None)),
@@ -300,6 +301,7 @@ pub(crate) fn seconds(unit: &str) -> Option<f64> {
 /// The unit that stands in the name of a column of this quantity: whatever is in brackets, and
 /// behind the name what fits the quantity, as `a_in` may be an input and no inch.
 pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
+    let name = without_index(name).0;
     let unit = split_unit(name).1?;
     let is_word = unit.chars().any(|c| c.is_alphabetic() || c == '°');
     let in_brackets = name.contains(['[', '(', '{', '<']);
@@ -307,13 +309,19 @@ pub(crate) fn unit_for(quantity: Quantity, name: &str) -> Option<String> {
     (is_word && fits && quantity != Quantity::Input).then_some(unit)
 }
 
+/// The name of a matrix and which of its columns this is, where it is one: `acc_g[3]`.
+pub(crate) fn without_index(name: &str) -> (&str, Option<usize>) {
+    let split = name.strip_suffix(']').and_then(|n| n.rsplit_once('['));
+    let number = split.and_then(|(stem, index)| Some((stem, index.parse().ok()?)));
+    number.map_or((name, None), |(stem, index)| (stem, Some(index)))
+}
+
 /// The name and the unit in it: `Weg [mm]`, `Weg (mm)`, `Weg/mm`, `Weg in mm`, `Weg: mm`, `x2_m`,
 /// `a_m_s2`, `v_m_per_s`.
-pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
+pub(crate) fn split_unit(name: &str) -> (&str, Option<String>) {
     for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('<', '>')] {
         if let Some((stem, rest)) = name.split_once(open)
             && let Some((unit, _)) = rest.split_once(close)
-            // `x_F[1]` is a column of a matrix.
             && unit.parse::<usize>().is_err()
             && is_a_unit(unit)
         {
@@ -330,8 +338,12 @@ pub(super) fn split_unit(name: &str) -> (&str, Option<String>) {
     }
     for (at, _) in name.match_indices(['_', ' ']).filter(|(at, _)| *at > 0) {
         let unit = name[at + 1..].replace("_per_", "/").replace('_', "/");
-        // `chan_1` is the first of several.
-        if is_a_unit(&unit) && unit.parse::<usize>().is_err() {
+        // `chan_1` is the first of several, and `torque_in` goes in.
+        let is_inch = || {
+            let stem = &name[..at].to_lowercase();
+            by_name(Quantity::Displacement(Translation), stem, &tokens(stem)) > 0
+        };
+        if is_a_unit(&unit) && unit.parse::<usize>().is_err() && (unit != "in" || is_inch()) {
             return (&name[..at], Some(unit));
         }
     }
@@ -381,6 +393,8 @@ mod tests {
             ("Force", None, Force(Translation)),
             ("F", None, Force(Translation)),
             ("N", None, Force(Translation)),
+            ("acc_g[3]", None, Acceleration(Translation)),
+            ("run/laser_um[12]", None, Displacement(Translation)),
             ("mm", None, Displacement(Translation)),
             ("s", None, Displacement(Translation)),
         ] {

@@ -1,7 +1,8 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
-use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, names};
+use super::pairs::are_of_others;
+use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever, names};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, Parts, Trial, trials};
 use super::velocity::{of_a_count, size_of_a_count, velocity_of};
@@ -182,8 +183,13 @@ fn best_axis(
     let (force, trials) = best.unwrap_or((parts.force[0], Vec::new()));
     if let [_, _, ..] = likely.as_slice() {
         let all: Vec<String> = likely.iter().map(|c| format!("{:?}", c.name)).collect();
+        let first = parts.displacement[0];
+        let others = match likely.iter().any(|f| are_of_others(first, f, parts)) {
+            true => "the displacement has its number; the others are other axes or runs",
+            false => "where several act on the body, write all of them as a list",
+        };
         findings.push(format!(
-            "of {} the motion explains {:?} best, so that is the force; where several act on the body, write all of them as a list",
+            "of {} the motion explains {:?} best, so that is the force; {others}",
             all.join(", "),
             force.name
         ));
@@ -223,7 +229,7 @@ fn best_axis(
         )));
     };
     let mut axis = axis_of(logs, chosen, parts, force, kind, said, findings);
-    if let Some(other) = another_side(chosen, parts, kind, said) {
+    if let Some(other) = another_side(chosen, parts, force, kind, said) {
         axis.displacement[0].guessed = true;
         findings.push(format!(
             "of {:?} and {:?} the first alone is taken as the displacement; where the joint lies between the two, write displacement = [{:?}, \
@@ -238,6 +244,7 @@ fn best_axis(
 fn another_side<'a>(
     chosen: &Trial<'_>,
     parts: &Parts<'a>,
+    force: &SurveyedColumn,
     kind: AxisKind,
     said: &UserChoices,
 ) -> Option<&'a SurveyedColumn> {
@@ -248,7 +255,10 @@ fn another_side<'a>(
     let score = |c: &SurveyedColumn| c.named.score(Quantity::Displacement(kind));
     let first = chosen.first;
     let mut others = parts.displacement.iter().copied();
-    others.find(|c| c.name != first.name && c.unit == first.unit && score(c) == score(first))
+    others.find(|c| {
+        let is_like = c.unit == first.unit && score(c) == score(first);
+        c.name != first.name && is_like && !are_of_others(c, force, parts)
+    })
 }
 
 /// A column as study.toml will have it; what its numbers are taken for where no log says so is a
@@ -266,10 +276,19 @@ pub(super) fn channel(
         .filter_map(|log| log.survey.column(&column.name))
         .map(|c| c.unit.as_deref())
         .collect();
+    let lever = at_a_lever(column, quantity);
     let is_usable = |unit: &str| quantity.factor(unit, true).is_ok();
     let unknown = units.iter().copied().flatten().find(|u| !is_usable(u));
     let differ = units.iter().any(|unit| *unit != units[0]);
     let unit = match unknown {
+        _ if lever.is_some() => {
+            findings.push(format!(
+                "column {:?} is a force, which turns the axis by a lever: its arm is taken for 1 m until you multiply the scale by the arm \
+                 in metres, {{ column = {:?}, unit = \"N*m\", scale = ARM }}",
+                column.name, column.name
+            ));
+            quantity.si_unit().map(str::to_owned)
+        }
         Some(unit) => {
             findings.push(format!(
                 "column {:?} is in {unit:?}, which is no unit of it that is known here, so its numbers are taken for {} until you write \
@@ -306,7 +325,7 @@ pub(super) fn channel(
         column: column.name.clone(),
         guessed: !named && column.named.score(quantity) < 2 || bare || unknown.is_some() || differ,
         unit,
-        scale: 1.0,
+        scale: lever.unwrap_or(1.0),
         sign_bit: logs
             .iter()
             .filter_map(|log| log.survey.column(&column.name))
@@ -334,7 +353,7 @@ fn turn_a_sign(
         ));
         return 1.0;
     }
-    force.scale = -1.0;
+    force.scale = -force.scale;
     force.guessed = true;
     findings.push(format!(
         "column {:?} pushes against the acceleration, which a mass does not, so its sign was turned",

@@ -31,7 +31,7 @@ pub(super) fn free_axis(
     let nameless = nameless::position(logs[0].survey, time, &said);
     if let Some((role, column)) = nameless.clone() {
         findings.push(format!(
-            "column {column:?} has no name, and nothing else changes in time, so it is taken for the displacement"
+            "column {column:?} has no name that says what it is, and nothing else changes in time, so it is taken for the displacement"
         ));
         said.to_mut().columns.push((role, column));
     }

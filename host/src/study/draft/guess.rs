@@ -121,12 +121,16 @@ fn runs_of<'a>(surveys: &'a [Survey], findings: &mut Vec<String>) -> Cow<'a, [Su
             Some(own) => (own, "side by side"),
             None => (one_below_another(survey), "one below the other"),
         };
+        let anew = match (&survey.time, survey.blocks.is_empty()) {
+            (Some(_), false) => "starts its time",
+            _ => "names its columns",
+        };
         if own.is_empty() {
             runs.push(Cow::Borrowed(survey));
             continue;
         }
         findings.push(format!(
-            "{} names its columns {} times, so it is read as so many runs {place}",
+            "{} {anew} {} times, so it is read as so many runs {place}",
             survey.file,
             own.len()
         ));

@@ -11,6 +11,7 @@ mod decay;
 mod free;
 mod guess;
 mod nameless;
+mod pairs;
 mod parts;
 mod records;
 mod runs;

@@ -8,6 +8,7 @@
 
 use super::parts::{Log, UserChoices};
 use super::trial::{BETTER, DERIVATIVE, LOSSY, with_work};
+use crate::study::channels::naming::Named;
 use crate::study::series::about_mean;
 use crate::study::survey::{Survey, SurveyedColumn};
 
@@ -21,6 +22,9 @@ const ROUGHER: f64 = 1.2;
 /// What takes fewer values than this is what something was told to do, or a switch, and no
 /// measurement.
 const MEASURED: usize = 8;
+
+/// The roles of a motion.
+const MOTION: [&str; 3] = ["displacement", "velocity", "acceleration"];
 
 /// The roles of columns that no names tell apart, as [`UserChoices`] has them: of two the
 /// displacement and the force, of three the velocity as well. `None` where there are others, or
@@ -89,8 +93,19 @@ pub(super) fn position(
     time: Option<&str>,
     said: &UserChoices,
 ) -> Option<(String, String)> {
-    match nameless(survey, time, said)?.as_slice() {
-        [only] => Some(("displacement".into(), (*only).into())),
+    let moves = |c: &&SurveyedColumn| Some(c.name.as_str()) != time && c.range[0] < c.range[1];
+    let mut moving = survey.columns.iter().filter(moves);
+    let only = match (moving.next(), moving.next()) {
+        // Whatever its name, as `sensor_data`, unless that says something else.
+        (Some(c), None) if c.missing == 0 && c.named == Named::default() => Some(c.name.as_str()),
+        _ => None,
+    };
+    let is_said = MOTION.iter().any(|role| said.column(role).is_some());
+    match (only.filter(|_| !is_said), nameless(survey, time, said)) {
+        (Some(only), _) => Some(("displacement".into(), only.into())),
+        (None, Some(columns)) if columns.len() == 1 => {
+            Some(("displacement".into(), columns[0].into()))
+        }
         _ => None,
     }
 }
@@ -102,9 +117,8 @@ fn nameless<'a>(
     time: Option<&str>,
     said: &UserChoices,
 ) -> Option<Vec<&'a str>> {
-    let motion = ["displacement", "velocity", "acceleration"];
     let is_said = |role: &&str| said.column(role).is_some();
-    if motion.iter().any(is_said) || (is_said(&"force") && !said.is_free(survey)) {
+    if MOTION.iter().any(is_said) || (is_said(&"force") && !said.is_free(survey)) {
         return None;
     }
     let moves = |c: &&SurveyedColumn| {

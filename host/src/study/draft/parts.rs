@@ -156,7 +156,18 @@ impl Log<'_> {
 pub(super) fn factor(column: &SurveyedColumn, quantity: Quantity) -> f64 {
     let unit = column.unit.as_deref();
     unit.and_then(|u| quantity.factor(u, true).ok())
+        .or_else(|| at_a_lever(column, quantity))
         .unwrap_or(1.0)
+}
+
+/// How many N·m one of a column's units is at a lever of 1 m, where it is a force that stands for a
+/// torque.
+pub(super) fn at_a_lever(column: &SurveyedColumn, quantity: Quantity) -> Option<f64> {
+    let force = Quantity::Force(AxisKind::Translation);
+    let is_force = quantity == Quantity::Force(AxisKind::Rotation)
+        && column.named.score(force) > column.named.score(quantity);
+    let unit = column.unit.as_deref().unwrap_or("N");
+    force.factor(unit, false).ok().filter(|_| is_force)
 }
 
 /// The names of all columns, for a sentence.

@@ -48,7 +48,7 @@ fn by_numbers(roles: &[(String, String)]) -> String {
     format!("no names tell the columns apart: {how}, so they are taken for these")
 }
 
-/// The angle of a log with a force and no length, as the drift of a storey is.
+/// The angle of a log with a force and no length, as that of a door with its handle.
 fn only_angle(survey: &Survey, time: Option<&str>, said: &UserChoices) -> Option<StandIn> {
     let named = |quantity: Quantity| {
         let columns = survey.columns.iter();
@@ -66,7 +66,7 @@ fn only_angle(survey: &Survey, time: Option<&str>, said: &UserChoices) -> Option
     stands.then(|| StandIn {
         roles: vec![("displacement".into(), angle.clone())],
         why: format!(
-            "no column beside the force is a length, so the angle {angle:?} is taken for the displacement, its numbers for metres"
+            "no column beside the force is a length, so the angle {angle:?} is taken for the displacement"
         ),
     })
 }

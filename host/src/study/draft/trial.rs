@@ -1,6 +1,7 @@
 //! The columns that an axis can be put together from, each way of doing so, and how well it
 //! explains the force.
 
+use super::pairs::{are_of_others, leave_out_still, own_first};
 use super::parts::{DraftAxis, Log, UserChoices, factor};
 use crate::study::AxisKind;
 use crate::study::channels::integrate::{displacement_of, integral, lowest_frequency};
@@ -73,10 +74,14 @@ impl<'a> Parts<'a> {
                 })
                 .collect();
             found.sort_by_key(|c| std::cmp::Reverse(c.named.score(quantity)));
-            found.truncate(TRIED);
+            leave_out_still(&mut found, quantity);
             found
         };
-        let force = list("force", Quantity::Force(kind));
+        let mut force = list("force", Quantity::Force(kind));
+        // What somebody says to turn is turned by a force at a lever where no torque was logged.
+        if force.is_empty() && kind == AxisKind::Rotation && said.column("displacement").is_some() {
+            force = list("force", Quantity::Force(AxisKind::Translation));
+        }
         // Beside a torque, a position without a unit, or in counts, is an angle.
         let turned = kind == AxisKind::Rotation && !force.is_empty();
         let motion = |role: &str, quantity: fn(AxisKind) -> Quantity| {
@@ -93,8 +98,13 @@ impl<'a> Parts<'a> {
         if let (Some(force), None) = (force.first(), said.column("displacement")) {
             displacement.retain(|c| !is_copy(&c.values, &force.values));
         }
-        let velocity = motion("velocity", Quantity::Velocity);
-        let acceleration = motion("acceleration", Quantity::Acceleration);
+        displacement.truncate(TRIED);
+        let mut velocity = motion("velocity", Quantity::Velocity);
+        let mut acceleration = motion("acceleration", Quantity::Acceleration);
+        for others in [&mut force, &mut velocity, &mut acceleration] {
+            own_first(others, &displacement);
+            others.truncate(TRIED);
+        }
         let mut derivative = 0;
         let timeless = said.is_timeless(survey);
         for integrated in [&velocity, &acceleration] {
@@ -263,6 +273,8 @@ pub(super) fn trials<'a>(
         let others = parts.displacement.iter();
         let others = others.filter(|c| c.name != first.name && !parts.are_velocities());
         let seconds = std::iter::once(None).chain(others.map(Some));
+        let seconds =
+            seconds.filter(|second| second.is_some() || !are_of_others(first, force, parts));
         for second in seconds {
             trials.extend(trial(logs, first, second.copied(), parts, force, kind));
         }

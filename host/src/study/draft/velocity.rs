@@ -56,8 +56,8 @@ pub(super) fn velocity_of<'a>(
     if parts.are_velocities() {
         return Some(pair.0);
     }
-    let logged = parts.velocity.first().copied();
-    logged.filter(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, (kind, parts)))
+    let mut logged = parts.velocity.iter().copied();
+    logged.find(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, (kind, parts)))
 }
 
 /// Whether a logged velocity is the derivative of the relative displacement, within a tenth.

@@ -73,3 +73,24 @@ pub(crate) fn density(sorted: &[f64]) -> Option<Density> {
         gap_s,
     })
 }
+
+/// The rows in which times begin anew: they fall back by most of the way that they went, nowhere by
+/// less, and not after every few rows, as those do of which the last stands first.
+pub(crate) fn restarts(times: &[f64]) -> Vec<usize> {
+    let mut first = times.first().copied().unwrap_or_default();
+    let mut found = Vec::new();
+    for (row, pair) in times.windows(2).enumerate() {
+        let (went, back) = (pair[0] - first, pair[0] - pair[1]);
+        if back > 0.0 && 2.0 * back < went {
+            return Vec::new();
+        }
+        if back > 0.0 {
+            found.push(row + 1);
+            first = pair[1];
+        }
+    }
+    match found.len() * MIN_ROWS < times.len() {
+        true => found,
+        false => Vec::new(),
+    }
+}

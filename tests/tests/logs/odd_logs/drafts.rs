@@ -1,8 +1,10 @@
 //! What a draft takes names, units and numbers for, and what it refuses.
 
-use super::{RATE, assert_near, init, motion, refused, text, values};
-use jointwatch::study::Study;
+use super::{RATE, ROWS, assert_near, init, motion, refused, text, values};
+use jointwatch::study::{AxisKind, Study};
 use jointwatch_tests::program::succeed;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::fmt::Write as _;
 use std::fs;
 use tempfile::TempDir;
@@ -62,6 +64,78 @@ fn a_command_beside_what_was_measured_is_not_taken_for_it() {
     init(&folder, &["run.csv"]);
     let found = values(&folder.path().join("study.toml"));
     assert_near(&found, "stiffness", 40.0, 1e-3);
+}
+
+#[test]
+fn a_measurement_file_of_labview_names_a_column_without_cells_and_its_units_in_its_heads() {
+    let folder = TempDir::new().unwrap();
+    let segment = "Channels\t2\t\nY_Unit_Label\tmm\tkN\nX_Dimension\tTime\tTime\nDelta_X\t0.002\t0.002\n\
+                   ***End_of_Header***\t\t\nX_Value\tStroke\tRod force\tComment";
+    let rows = text(segment, |t| {
+        let [x, v, _] = motion(t);
+        [t, 1e3 * x, 0.04 * x + 0.003 * v]
+    });
+    let log = format!("LabVIEW Measurement\t\n***End_of_Header***\t\n\n{rows}\n{rows}");
+    fs::write(folder.path().join("run.lvm"), log.replace(',', "\t")).unwrap();
+    let study = init(&folder, &["run.lvm"]);
+    assert!(study.contains("rows = [6000, 12000]"), "{study}");
+    let found = values(&folder.path().join("study.toml"));
+    assert_near(&found, "stiffness", 40.0, 1e-3);
+    assert_near(&found, "viscous", 3.0, 1e-2);
+}
+
+#[test]
+fn of_joints_in_numbered_columns_the_one_that_moves_is_drafted_with_what_has_its_number() {
+    let folder = TempDir::new().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let noise: Vec<[f64; 12]> = (0..ROWS)
+        .map(|_| random.random::<[f64; 12]>().map(|x| x - 0.5))
+        .collect();
+    let names = |name: &str| (0..6).map(|n| format!(",{name}_{n}")).collect::<String>();
+    let head = format!("timestamp{}{}", names("actual_q"), names("joint_torque"));
+    let log = text(&head, |t| {
+        let noise = noise[(t * RATE).round() as usize];
+        let [x, v, _] = motion(t);
+        let mut cells = [0.0; 13];
+        cells[0] = t;
+        for joint in 0..6 {
+            cells[1 + joint] = joint as f64 + 1e-4 * noise[joint];
+            cells[7 + joint] = 10.0 * joint as f64 + 0.2 * noise[6 + joint];
+        }
+        cells[5] = x;
+        cells[11] += 40.0 * x + 3.0 * v;
+        cells
+    });
+    fs::write(folder.path().join("robot.csv"), log).unwrap();
+    let study = init(&folder, &["robot.csv"]);
+    for line in [
+        "displacement = \"actual_q_4\"",
+        "force = \"joint_torque_4\"",
+    ] {
+        assert!(study.contains(line), "{study}");
+    }
+}
+
+#[test]
+fn columns_of_matrices_have_the_units_in_their_names_and_go_with_those_of_their_number() {
+    let folder = TempDir::new().unwrap();
+    let head = "t,laser_um[1],laser_um[2],acc_g[1],acc_g[2],force_N[1],force_N[2]";
+    let log = text(head, |t| {
+        let motions = [motion(t), motion(1.3 * t + 2.0)];
+        let [x, y] = motions.map(|[x, _, _]| 1e3 * x);
+        let [a, b] = [motions[0][2], 1.69 * motions[1][2]].map(|a| 1e-3 * a / 9.80665);
+        let [f, g] = [(x, a), (y, b)].map(|(x, a)| 0.04 * x + 2.0 * a * 9.80665);
+        [t, x, y, a, b, f, g + 0.01 * (7.0 * t).sin()]
+    });
+    fs::write(folder.path().join("runs.csv"), log).unwrap();
+    let study = init(&folder, &["runs.csv"]);
+    for line in [
+        "displacement = { column = \"laser_um[1]\", unit = \"um\" }",
+        "acceleration = { column = \"acc_g[1]\", unit = \"g\" }",
+        "force = { column = \"force_N[1]\", unit = \"N\" }",
+    ] {
+        assert!(study.contains(line), "{study}");
+    }
 }
 
 #[test]
@@ -192,7 +266,7 @@ fn unit_columns(rows: u32, last: &str) {
 
 /// As structural tests write it: the drift of a storey is an angle, the force is none about it.
 #[test]
-fn an_angle_beside_a_force_stands_for_the_displacement() {
+fn an_angle_beside_a_force_stands_for_the_displacement_and_the_force_for_its_torque() {
     let folder = TempDir::new().unwrap();
     let log = text("t,storey drift angle (rad),Force (kN)", |t| {
         let [x, v, _] = motion(t);
@@ -201,6 +275,9 @@ fn an_angle_beside_a_force_stands_for_the_displacement() {
     fs::write(folder.path().join("run.csv"), log).unwrap();
     let said = succeed(folder.path(), &["init", "--yes", "run.csv"]);
     assert!(said.contains("is taken for the displacement"), "{said}");
+    assert!(said.contains("turns the axis by a lever"), "{said}");
+    let study = Study::read(&folder.path().join("study.toml")).unwrap();
+    assert_eq!(study.axes[0].kind, AxisKind::Rotation);
     let found = values(&folder.path().join("study.toml"));
     assert_near(&found, "stiffness", 40e3, 1e-3);
     assert_near(&found, "viscous", 3e3, 1e-2);

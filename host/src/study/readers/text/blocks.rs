@@ -1,8 +1,9 @@
 //! Text logs in several blocks: test machines write the heading anew above every step of a test,
 //! perhaps with a preface of the step's own.
 
-use super::layout::{Layout, holds_numbers, split};
+use super::layout::{Layout, holds_numbers};
 use super::lines;
+use super::ways::split;
 use std::ops::Range;
 
 /// The lines of the file that stand between the blocks: from the one after a block's last row up to

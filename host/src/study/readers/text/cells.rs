@@ -65,17 +65,19 @@ fn plain(cell: &str, point: char, group: char) -> Option<Cow<'_, str>> {
     Some(Cow::Owned(text))
 }
 
-/// An instant in nanoseconds: of the calendar, or of the day when the cell holds only a time.
+/// An instant in nanoseconds: of the calendar, or of the day or the hour when the cell holds only a
+/// time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Instant {
     Calendar(i128),
     OfDay(i128),
+    OfHour(i128),
 }
 
 const SECOND: i128 = 1_000_000_000;
 
 /// An ISO 8601 date-time with or without offset, `14.03.2026 09:26:53,589`, `3/14/2026 9:26:53 PM`,
-/// a bare date, or a time of day.
+/// a bare date, or a time of day; `26.53.5897` is a time with points that can be no date.
 pub(super) fn instant(cell: &str) -> Option<Instant> {
     if !cell.starts_with(|c: char| c.is_ascii_digit()) || !cell.contains([':', '-', '/', '.']) {
         return None;
@@ -112,9 +114,26 @@ pub(super) fn instant(cell: &str) -> Option<Instant> {
     let Some(date) = date else {
         return Some(Instant::OfDay(time));
     };
-    match civil(date_of(date)?.to_datetime(jiff::civil::Time::midnight()))? {
+    let Some(date) = date_of(date) else {
+        return pointed(cell);
+    };
+    match civil(date.to_datetime(jiff::civil::Time::midnight()))? {
         Instant::Calendar(day) => Some(Instant::Calendar(day + time)),
-        of_day => Some(of_day),
+        of_clock => Some(of_clock),
+    }
+}
+
+/// A time with points between its parts: `09.26.53`, `09.26.53.589` or, since seconds have two
+/// digits, minutes and seconds as `26.53.5897`.
+fn pointed(cell: &str) -> Option<Instant> {
+    let parts: Vec<&str> = cell.split('.').collect();
+    match parts.as_slice() {
+        [h, m, s] if s.len() == 2 => time_of_day(&format!("{h}:{m}:{s}")).map(Instant::OfDay),
+        [h, m, s, fraction] => time_of_day(&format!("{h}:{m}:{s}.{fraction}")).map(Instant::OfDay),
+        [m, s, fraction] if m.len() == 2 && s.len() == 2 => {
+            time_of_day(&format!("0:{m}:{s}.{fraction}")).map(Instant::OfHour)
+        }
+        _ => None,
     }
 }
 
@@ -191,22 +210,30 @@ pub(super) struct Clock {
     first: Option<i128>,
     last: i128,
     midnights: i128,
+    has_no_date: bool,
 }
 
 impl Clock {
+    /// The instant in the next cell. Below times with points `02.04.2000` is no date.
+    pub(super) fn instant(&self, cell: &str) -> Option<Instant> {
+        let in_place = self.has_no_date.then(|| pointed(cell)).flatten();
+        in_place.or_else(|| instant(cell))
+    }
+
     /// The next cell; a time of day that falls back by more than half a day has passed midnight.
     pub(super) fn seconds(&mut self, at: Instant) -> f64 {
-        const DAY: i128 = 86_400 * SECOND;
-        let nanoseconds = match at {
-            Instant::Calendar(at) => at,
-            Instant::OfDay(at) => {
-                if self.first.is_some() && at + DAY / 2 < self.last {
-                    self.midnights += 1;
-                }
-                self.last = at;
-                at + self.midnights * DAY
-            }
+        const HOUR: i128 = 3600 * SECOND;
+        let (at, period) = match at {
+            Instant::Calendar(at) => (at, 0),
+            Instant::OfDay(at) => (at, 24 * HOUR),
+            Instant::OfHour(at) => (at, HOUR),
         };
+        self.has_no_date = period > 0;
+        if self.first.is_some() && period > 0 && at + period / 2 < self.last {
+            self.midnights += 1;
+        }
+        self.last = at;
+        let nanoseconds = at + self.midnights * period;
         let first = *self.first.get_or_insert(nanoseconds);
         let since = nanoseconds - first;
         // Whole microseconds, the finest that loggers write, divide exactly into the decimal that
@@ -293,5 +320,11 @@ mod tests {
             .collect();
         assert_eq!(found, [0.0, 0.25, 0.75, 1.5]);
         assert_eq!(instant("11:00:00 PM"), instant("23:00:00"));
+        let mut clock = Clock::default();
+        let cells = ["59.58.9995", "59.59.0000", "02.04.2000"];
+        let found = cells.map(|cell| clock.seconds(clock.instant(cell).unwrap()));
+        assert_eq!(found, [0.0, 0.0005, 125.2005]);
+        assert_eq!(instant("14.26.53"), instant("14:26:53"));
+        assert_eq!(instant("14.26.53.5"), instant("14:26:53.5"));
     }
 }

@@ -5,8 +5,9 @@
 //! file that an editor shows, comments and blank lines counted.
 
 use super::cells::{Clock, Decimal, instant, number};
-use super::layout::{FURTHER, Layout, Separator, TOP, guess, is_comment, split};
-use super::{blocks, decode, lines};
+use super::layout::{FURTHER, Layout, TOP, guess, is_comment};
+use super::ways::{Separator, split};
+use super::{across, blocks, decode, lines};
 use crate::study::log::{Column, NO_HEADING, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 use std::ops::Range;
@@ -21,7 +22,13 @@ pub(super) const PART: usize = 1 << 14;
 /// Reads the columns that the request needs.
 pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let decoded = decode(request, bytes)?;
-    let mut table = read_text(request, &decoded.text)?;
+    let mut table = match across::upright(&decoded.text) {
+        Some(upright) => Table {
+            numbering: Numbering::From(1 + request.rows.map_or(0, |[from, _]| from)),
+            ..read_text(request, &upright)?
+        },
+        None => read_text(request, &decoded.text)?,
+    };
     table.format = format!("{} {}", decoded.encoding, table.format);
     Ok(table)
 }
@@ -184,7 +191,10 @@ impl Reading {
             self.values.push(value);
             return true;
         }
-        let at = instant(cell);
+        let at = match &self.clock {
+            Some(clock) => clock.instant(cell),
+            None => instant(cell),
+        };
         if let Some(at) = at
             && (self.clock.is_some() || self.values.iter().all(|v| v.is_nan()))
         {
@@ -210,6 +220,12 @@ pub(super) fn rows(
 ) -> Result<(Vec<u32>, Vec<usize>)> {
     let first_line = layout.first_line.unwrap_or(1);
     let [from, to] = request.rows.unwrap_or([0, usize::MAX]);
+    // Names beyond the cells of most rows are those of columns without cells, as LabVIEW's Comment.
+    let unnamed = usize::from(names.last().is_some_and(String::is_empty));
+    let least = match request.columns {
+        None => layout.numeric.len().min(names.len() - unnamed),
+        Some(_) => names.len() - unnamed,
+    };
     let mut numbering = Vec::new();
     let mut cells = Vec::with_capacity(names.len());
     let mut total = body.rows_before;
@@ -231,8 +247,8 @@ pub(super) fn rows(
         // A separator at the end of the rows or of the heading alone is no column.
         if cells.len() == names.len() + 1 && cells.last().is_some_and(|c| c.is_empty()) {
             cells.pop();
-        } else if cells.len() + 1 == names.len() && names.last().is_some_and(String::is_empty) {
-            cells.push("");
+        } else if (least..names.len()).contains(&cells.len()) {
+            cells.resize(names.len(), "");
         }
         if cells.len() != names.len() {
             return Err(wrong_length(

@@ -56,6 +56,36 @@ pub(super) fn with_columns_of_units(
     units
 }
 
+/// Units with those of a preface line that begins with `Y_Unit_Label` or `Units`: each above its
+/// column, or all of them behind that word. `X_Dimension` is LabVIEW's for the first column.
+pub(super) fn with_labelled_units(
+    mut units: Vec<Option<String>>,
+    preface: impl Iterator<Item = Vec<String>>,
+    columns: usize,
+) -> Vec<Option<String>> {
+    let is_unit = |word: &str| UNIT.iter().any(|unit| word.starts_with(unit));
+    for mut cells in preface {
+        let label = cells[0].to_lowercase();
+        if label == "x_dimension" && cells.get(1).is_some_and(|cell| cell == "Time") {
+            cells = vec!["s".into()];
+        } else if !is_unit(label.trim_start_matches("y_")) || label.contains(' ') {
+            continue;
+        }
+        let filled = cells.iter().rposition(|cell| !cell.is_empty());
+        if filled.is_some_and(|last| last >= columns) {
+            cells.remove(0);
+        }
+        units.resize(columns, None);
+        for (unit, cell) in units.iter_mut().zip(cells) {
+            let is_unit = is_a_unit(bracketed(&cell).unwrap_or(&cell)) && cell != "1";
+            if unit.is_none() && is_unit {
+                *unit = bare_unit(cell);
+            }
+        }
+    }
+    units
+}
+
 /// Names columns above which the heading is empty: by its unit where one stands there, and the
 /// first column by its place where its first numbers, `firsts`, are no count of the rows, as
 /// programs write it in front.

@@ -1,23 +1,17 @@
 //! The layout of a text log, guessed from a sample of its lines: separator, decimal sign, heading,
 //! row of units, first row.
 
-use super::cells::{Decimal, instant, number};
+use super::cells::{Decimal, number};
 use super::heading::{
     commented_heading, heading_and_units, listed_heading, name_the_unnamed, with_columns_of_units,
+    with_labelled_units,
 };
+use super::ways::{Separator, best_way, is_value, numeric_columns, split};
 
 /// Lines looked at from the top of the file, where preface and heading are.
 pub(super) const TOP: usize = 300;
 /// Lines looked at further down, where a column of whole numbers may show its fractions.
 pub(super) const FURTHER: usize = 200;
-
-/// What stands between cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Separator {
-    Char(char),
-    /// Any number of blanks and tabs.
-    Blanks,
-}
 
 /// How the text is to be read.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,60 +26,8 @@ pub(super) struct Layout {
     pub(super) units: Vec<Option<String>>,
     /// The line of the file in which the first row of numbers stands; `None` where there is none.
     pub(super) first_line: Option<usize>,
-}
-
-/// Every way of writing rows that is tried, the usual first: of two that fit alike the first is
-/// taken.
-const WAYS: [(Separator, Decimal); 10] = [
-    (Separator::Char(','), Decimal::Point),
-    (Separator::Char(';'), Decimal::Point),
-    (Separator::Char('\t'), Decimal::Point),
-    (Separator::Char(';'), Decimal::Comma),
-    (Separator::Char('\t'), Decimal::Comma),
-    (Separator::Blanks, Decimal::Point),
-    (Separator::Blanks, Decimal::Comma),
-    (Separator::Char('|'), Decimal::Point),
-    // Commas between cells and in quoted numbers.
-    (Separator::Char(','), Decimal::Comma),
-    (Separator::Char('|'), Decimal::Comma),
-];
-
-/// Cells of a line, trimmed, without the quotation marks around them.
-pub(super) fn split<'a>(line: &'a str, separator: Separator, cells: &mut Vec<&'a str>) {
-    cells.clear();
-    // Programs that write matrices end their rows so.
-    let line = match separator {
-        Separator::Char(';') => line,
-        _ => line.strip_suffix(';').unwrap_or(line),
-    };
-    let delimiter = match separator {
-        Separator::Blanks if line.contains('"') => ' ',
-        Separator::Blanks => return cells.extend(line.split_whitespace()),
-        Separator::Char(c) => c,
-    };
-    if !line.contains('"') {
-        cells.extend(line.split(delimiter).map(str::trim));
-        return;
-    }
-    let mut start = 0;
-    let mut quoted = false;
-    let mut push = |cell: &'a str| {
-        let cell = cell.trim();
-        if separator == Separator::Blanks && cell.is_empty() {
-            return;
-        }
-        let inner = cell.strip_prefix('"').and_then(|c| c.strip_suffix('"'));
-        cells.push(inner.unwrap_or(cell).trim());
-    };
-    for (i, c) in line.char_indices() {
-        if c == '"' {
-            quoted = !quoted;
-        } else if c == delimiter && !quoted {
-            push(&line[start..i]);
-            start = i + c.len_utf8();
-        }
-    }
-    push(&line[start..]);
+    /// Which cells of the rows hold numbers.
+    pub(super) numeric: Vec<bool>,
 }
 
 /// Whether a line is a comment, or drawn below a heading.
@@ -102,11 +44,10 @@ fn is_rule(line: &str) -> bool {
 /// Finds the layout; `top` are the file's first lines, `further` some from its middle and end,
 /// blank lines left out.
 pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
-    // LabVIEW's measurement files end their two heads in a line of their own.
-    let head = top
-        .iter()
-        .rposition(|(_, l)| l.trim_start().starts_with("***End_of_Header***"));
-    let top = &top[head.map_or(0, |at| at + 1)..];
+    // LabVIEW's measurement files end the head of the file and that of each segment in such a line.
+    let is_end = |(_, l): &(usize, &str)| l.trim_start().starts_with("***End_of_Header***");
+    let ends = (0..top.len()).filter(|at| is_end(&top[*at]));
+    let (head, top) = top.split_at(ends.take(2).last().map_or(0, |at| at + 1));
     let rows: Vec<(usize, &str)> = top
         .iter()
         .copied()
@@ -159,6 +100,8 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         Some(names) => with_columns_of_units(units, names, &body, &split_line),
         None => units,
     };
+    let preface = head.iter().chain(above).map(|(_, line)| split_line(line));
+    let units = with_labelled_units(units, preface, columns);
     if let (Some(names), Some(i)) = (&mut heading, first) {
         let cells = rows[i..].iter().take(2).map(|(_, row)| split_line(row));
         let firsts = cells.filter_map(|cells| number(cells.first()?, decimal));
@@ -173,90 +116,24 @@ pub(super) fn guess(top: &[(usize, &str)], further: &[&str]) -> Layout {
         heading,
         units,
         first_line: first.map(|i| rows[i].0),
+        numeric,
     }
 }
 
-/// Whether most of the columns hold a number or an instant in these cells, as in a row and not in a
-/// preface.
+/// Whether most of the columns hold a number or an instant in these cells and the first one no
+/// word, as in a row and not in a preface.
 pub(super) fn holds_numbers(cells: &[&str], layout: &Layout) -> bool {
-    let columns = layout.heading.as_ref().map_or(0, Vec::len);
-    let values = cells.iter().filter(|c| is_value(c, layout.decimal)).count();
-    2 * values > columns && fits(cells.len(), columns)
+    let columns = layout.numeric.len();
+    let is_value = |c: &&&str| is_value(c, layout.decimal);
+    let is_label = |c: &&str| layout.numeric[0] && !c.is_empty() && !is_value(&c);
+    2 * cells.iter().filter(is_value).count() > columns
+        && fits(cells.len(), columns)
+        && !cells.first().is_some_and(is_label)
 }
 
 /// A trailing separator adds an empty cell to the rows or to the heading.
 fn fits(cells: usize, columns: usize) -> bool {
     cells.abs_diff(columns) <= 1 && cells > 0
-}
-
-fn is_value(cell: &str, decimal: Decimal) -> bool {
-    number(cell, decimal).is_some() || instant(cell).is_some()
-}
-
-/// The way in which lines read best as rows, and how many columns they then have.
-fn best_way(lines: &[&str]) -> ((Separator, Decimal), usize) {
-    let mut best = (i64::MIN, WAYS[0], 0);
-    for way in WAYS {
-        let (score, columns) = fitness(lines, way);
-        if score > best.0 {
-            best = (score, way, columns);
-        }
-    }
-    (best.1, best.2)
-}
-
-/// How well lines read as rows: numbers less twice the words that stand among them; with the usual
-/// count of cells. A column of words speaks neither for a separator nor against it.
-fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> (i64, usize) {
-    let mut cells = Vec::new();
-    let mut counts = std::collections::BTreeMap::new();
-    for line in lines {
-        split(line, separator, &mut cells);
-        *counts.entry(cells.len()).or_insert(0_usize) += 1;
-    }
-    let columns = counts
-        .iter()
-        .max_by_key(|(_, n)| **n)
-        .map_or(0, |(c, _)| *c);
-    let numeric = numeric_columns(lines, (separator, decimal), columns);
-    let mut score = 0_i64;
-    for line in lines {
-        split(line, separator, &mut cells);
-        if cells.len() != columns {
-            score -= 1;
-            continue;
-        }
-        let filled = cells.iter().zip(&numeric).filter(|(c, _)| !c.is_empty());
-        for (cell, numeric) in filled {
-            // “1,234” reads as a thousand with a point and as one and a quarter with a comma: it
-            // speaks for neither point.
-            let grouped = decimal == Decimal::Point && cell.parse::<f64>().is_err();
-            score += match is_value(cell, decimal) {
-                true if grouped && instant(cell).is_none() => 0,
-                true => 1,
-                false if *numeric => -2,
-                false => 0,
-            };
-        }
-    }
-    (score, columns)
-}
-
-/// Which columns hold numbers in most rows.
-fn numeric_columns(
-    body: &[&str],
-    (separator, decimal): (Separator, Decimal),
-    columns: usize,
-) -> Vec<bool> {
-    let mut counts = vec![0; columns];
-    let mut cells = Vec::new();
-    for line in body {
-        split(line, separator, &mut cells);
-        for (count, cell) in counts.iter_mut().zip(&cells) {
-            *count += usize::from(is_value(cell, decimal));
-        }
-    }
-    counts.iter().map(|count| 2 * count > body.len()).collect()
 }
 
 #[cfg(test)]
@@ -439,15 +316,34 @@ mod tests {
     }
 
     #[test]
-    fn a_measurement_file_of_labview_begins_below_its_heads() {
-        let head = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t20\t20\t\n\
-                    Delta_X\t0.001\t0.001\n***End_of_Header***\t\t\nX_Value\tWeg\tKraft\tComment\n";
-        let found = guessed(&row_repeated(head, "0.000000\t1.5\t-3.25\t"));
+    fn a_measurement_file_of_labview_begins_below_its_heads_and_says_its_units_there() {
+        let segment = "Channels\t2\t\t\nSamples\t20\t20\t\nY_Unit_Label\tmm\tVolts\nX_Dimension\tTime\tTime\n\
+                       Delta_X\t0.001\t0.001\n***End_of_Header***\t\t\n";
+        let rows = row_repeated("X_Value\tWeg\tKraft\tComment\n", "0.000000\t1.5\t-3.25");
+        let found = guessed(&format!(
+            "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n{segment}{rows}{segment}{rows}"
+        ));
         assert_eq!(
             found.heading.unwrap(),
             ["X_Value", "Weg", "Kraft", "Comment"]
         );
         assert_eq!(found.separator, Separator::Char('\t'));
+        assert_eq!(found.first_line, Some(11));
+        let units = ["s", "mm", "Volts"].map(|unit| Some(unit.to_owned()));
+        assert_eq!(found.units, units);
+    }
+
+    #[test]
+    fn a_preface_may_state_the_units_behind_a_word() {
+        for (units, found) in [
+            ("Units;s;mm;N", [Some("s"), Some("mm"), Some("N")]),
+            ("Einheit;[mm];[N]", [None, Some("mm"), Some("N")]),
+            ("Unit under test;A;V", [None; 3]),
+        ] {
+            let layout = guessed(&row_repeated(&format!("{units}\nRun;7\nt;x;F\n"), "1;2;3"));
+            let stated = (0..3).map(|at| layout.units.get(at).and_then(|unit| unit.as_deref()));
+            assert_eq!(stated.collect::<Vec<_>>(), found, "{units}");
+        }
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! Text of a log: its encoding, and its lines whatever ends them.
 
+mod across;
 mod blocks;
 mod cells;
 pub(super) mod csv;
 mod heading;
 mod layout;
 pub(super) mod long;
+mod ways;
 
 use crate::study::log::Request;
 use crate::text::error::Result;
