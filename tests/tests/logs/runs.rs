@@ -165,9 +165,14 @@ fn runs_below_one_heading_are_records_where_the_time_begins_anew() {
     let mut lines: Vec<&str> = text.lines().collect();
     lines.truncate(2000);
     lines.swap(1000, 1001);
-    fs::write(dir.path().join("runs.csv"), lines.join("\n")).unwrap();
-    let said = fail(dir.path(), &["init", "--yes", "runs.csv"], 3);
-    assert!(said.contains("does not rise"), "{said}");
+    fs::write(dir.path().join("swapped.csv"), lines.join("\n")).unwrap();
+    let init = ["init", "--yes", "swapped.csv", "-o", "swapped.toml"];
+    let output = run(dir.path(), &init);
+    assert_eq!(output.status.code(), Some(3));
+    says(
+        &String::from_utf8(output.stderr).unwrap(),
+        &["does not rise"],
+    );
 }
 
 #[test]

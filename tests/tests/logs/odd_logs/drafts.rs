@@ -124,7 +124,7 @@ fn columns_of_matrices_have_the_units_in_their_names_and_go_with_those_of_their_
         let motions = [motion(t), motion(1.3 * t + 2.0)];
         let [x, y] = motions.map(|[x, _, _]| 1e3 * x);
         let [a, b] = [motions[0][2], 1.69 * motions[1][2]].map(|a| 1e-3 * a / 9.80665);
-        let [f, g] = [(x, a), (y, b)].map(|(x, a)| 0.04 * x + 2.0 * a * 9.80665);
+        let [f, g] = [(x, a), (y, b)].map(|(x, a)| 0.04 * x + 300.0 * a * 9.80665);
         [t, x, y, a, b, f, g + 0.01 * (7.0 * t).sin()]
     });
     fs::write(folder.path().join("runs.csv"), log).unwrap();

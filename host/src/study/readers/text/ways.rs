@@ -104,6 +104,10 @@ fn fitness(lines: &[&str], (separator, decimal): (Separator, Decimal)) -> ((i64,
             score -= 1;
             continue;
         }
+        // Words alone are a heading or a preface, whatever separates them.
+        if !cells.iter().any(|cell| is_value(cell, decimal)) {
+            continue;
+        }
         let filled = cells.iter().zip(&numeric).filter(|(c, _)| !c.is_empty());
         for (cell, numeric) in filled {
             // “1,234” reads as a thousand with a point and as one and a quarter with a comma: it
