@@ -45,8 +45,8 @@ pub fn simplified(
 
 /// The model with new effects, and nothing or its special case in the place of one that was added
 /// before and means nothing beside them: what stood in for something is not needed where that is
-/// found. Of several the one that leaves least, with the names of what is new in it; `None` where an
-/// error rises, or none falls.
+/// found. Of several the one that leaves least, with the names of what is new in it; `None` where
+/// an error rises, or none falls.
 pub(super) fn instead(
     (study, prepared): (&Study, &Prepared),
     from: &ModelFile,

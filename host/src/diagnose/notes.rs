@@ -234,7 +234,8 @@ fn of_a_force(search: &Search, learnt: &Records<'_>, axis: usize, name: &str) ->
         )
     });
     format!(
-        "axis {name}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures, or that the study does not name, acts there{line}"
+        "axis {name}: what is left stands above the noise of the sensors and follows no motion: a force that nobody measures acts there{line}, \
+         unless a column drives the joint that study.toml does not name, as a pressure or a coil's current does: name it with [[input]]"
     )
 }
 
