@@ -1,7 +1,6 @@
 //! Which of the two models runs after a restart: a pure function of what the two slots hold.
 
-use super::{SlotName, of};
-use jointwatch_shared::wire::telemetry::ModelFault;
+use jointwatch_shared::wire::telemetry::{ModelFault, Slot as SlotName};
 
 /// What is wrong with what a slot holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +132,15 @@ pub(super) fn choose(states: &[State; 2]) -> Choice {
             set_aside: None,
             trial: on_trial(newer),
         },
+    }
+}
+
+/// The state of one of two slots.
+pub(super) fn of(states: &[State; 2], place: SlotName) -> State {
+    let [a, b] = *states;
+    match place {
+        SlotName::A => a,
+        SlotName::B => b,
     }
 }
 

@@ -160,7 +160,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 release,
                 signer,
                 ..
-            } = of(&states, place)
+            } = choice::of(&states, place)
             else {
                 break;
             };
@@ -169,7 +169,7 @@ impl<F: NorFlash, V: Verifier> Store<F, V> {
                 Progress::Confirmed { sure: false } => self.confirm_in(place).is_err(),
                 _ => false,
             };
-            let other = of(&states, place.other());
+            let other = choice::of(&states, place.other());
             let fallback = matches!(other, State::Good { .. }) && choice.set_aside.is_none();
             self.active = Some(place);
             (self.release, self.signer) = (release, signer);
@@ -385,14 +385,6 @@ fn address<F: NorFlash>(place: SlotName, offset: usize) -> u32 {
         SlotName::B => F::ERASE_SIZE,
     };
     (sector + offset) as u32
-}
-
-fn of(states: &[State; 2], place: SlotName) -> State {
-    let [a, b] = *states;
-    match place {
-        SlotName::A => a,
-        SlotName::B => b,
-    }
 }
 
 fn set(states: &mut [State; 2], place: SlotName, state: State) {

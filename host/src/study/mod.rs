@@ -19,6 +19,7 @@ pub(crate) mod quasi_static;
 mod read;
 mod readers;
 pub(crate) mod series;
+mod several;
 pub mod survey;
 pub mod time;
 

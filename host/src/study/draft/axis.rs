@@ -1,7 +1,6 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
-use super::pairs::are_of_others;
 use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever, names};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, Parts, Trial, trials};
@@ -184,7 +183,7 @@ fn best_axis(
     if let [_, _, ..] = likely.as_slice() {
         let all: Vec<String> = likely.iter().map(|c| format!("{:?}", c.name)).collect();
         let first = parts.displacement[0];
-        let others = match likely.iter().any(|f| are_of_others(first, f, parts)) {
+        let others = match likely.iter().any(|f| parts.are_of_others(first, f)) {
             true => "the displacement has its number; the others are other axes or runs",
             false => "where several act on the body, write all of them as a list",
         };
@@ -257,7 +256,7 @@ fn another_side<'a>(
     let mut others = parts.displacement.iter().copied();
     others.find(|c| {
         let is_like = c.unit == first.unit && score(c) == score(first);
-        c.name != first.name && is_like && !are_of_others(c, force, parts)
+        c.name != first.name && is_like && !parts.are_of_others(c, force)
     })
 }
 

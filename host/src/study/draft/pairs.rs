@@ -2,7 +2,6 @@
 //! what belongs together, and what stands still.
 
 use super::parts::factor;
-use super::trial::Parts;
 use crate::study::channels::naming::{split_unit, without_index};
 use crate::study::channels::units::Quantity;
 use crate::study::survey::SurveyedColumn;
@@ -39,12 +38,14 @@ fn are_numbered(columns: &[&SurveyedColumn], own: usize) -> bool {
     columns.iter().any(|c| number(&c.name) == Some(own))
 }
 
-/// Whether a displacement and a force have numbers by which each belongs to another one.
-pub(super) fn are_of_others(x: &SurveyedColumn, force: &SurveyedColumn, parts: &Parts<'_>) -> bool {
+/// Whether a displacement and a force, each one of several, have numbers by which they belong to
+/// others.
+pub(super) fn are_of_others(
+    (x, displacements): (&SurveyedColumn, &[&SurveyedColumn]),
+    (force, forces): (&SurveyedColumn, &[&SurveyedColumn]),
+) -> bool {
     match [number(&x.name), number(&force.name)] {
-        [Some(x), Some(f)] => {
-            x != f && are_numbered(&parts.force, x) && are_numbered(&parts.displacement, f)
-        }
+        [Some(x), Some(f)] => x != f && are_numbered(forces, x) && are_numbered(displacements, f),
         _ => false,
     }
 }

@@ -44,6 +44,11 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
+    /// Whether a displacement and a force of these belong to others by their numbers.
+    pub(super) fn are_of_others(&self, x: &SurveyedColumn, force: &SurveyedColumn) -> bool {
+        are_of_others((x, &self.displacement), (force, &self.force))
+    }
+
     pub(super) fn of(
         survey: &'a Survey,
         time: Option<&str>,
@@ -274,7 +279,7 @@ pub(super) fn trials<'a>(
         let others = others.filter(|c| c.name != first.name && !parts.are_velocities());
         let seconds = std::iter::once(None).chain(others.map(Some));
         let seconds =
-            seconds.filter(|second| second.is_some() || !are_of_others(first, force, parts));
+            seconds.filter(|second| second.is_some() || !parts.are_of_others(first, force));
         for second in seconds {
             trials.extend(trial(logs, first, second.copied(), parts, force, kind));
         }
