@@ -1,7 +1,7 @@
 //! Several logs: which of them are the channels of one run.
 
 use super::joined::PLUS;
-use super::survey::Survey;
+use super::survey::{Survey, SurveyedColumn};
 use crate::text::error::Result;
 use std::collections::HashSet;
 use std::path::Path;
@@ -14,14 +14,8 @@ impl Survey {
     /// As [`Survey::of`].
     pub fn of_all(paths: &[&Path]) -> Result<Vec<Self>> {
         let all: Vec<Self> = paths.iter().map(|p| Self::of(p)).collect::<Result<_>>()?;
-        let is_channel = |survey: &Self| {
-            let time = survey.time.as_ref().map(|t| t.column.as_str());
-            let measured = survey
-                .columns
-                .iter()
-                .filter(|c| Some(c.name.as_str()) != time);
-            measured.count() == 1 && survey.rows == all[0].rows
-        };
+        let is_channel =
+            |survey: &Self| survey.measured().count() == 1 && survey.rows == all[0].rows;
         let names = |survey: &Self| survey.columns.iter().map(|c| c.name.clone()).collect();
         let headings: HashSet<Vec<String>> = all.iter().map(names).collect();
         let differ = all[0].states_heading || headings.len() == all.len();
@@ -33,20 +27,21 @@ impl Survey {
         Ok(vec![Self::of(Path::new(&files.join(PLUS)))?])
     }
 
+    /// The columns but the time.
+    fn measured(&self) -> impl Iterator<Item = &SurveyedColumn> {
+        let time = self.time.as_ref().map(|t| t.column.as_str());
+        let columns = self.columns.iter();
+        columns.filter(move |c| Some(c.name.as_str()) != time)
+    }
+
     /// Whether logs have one length and one time, and none the channels of another, nor force and
     /// displacement by itself as a run in other units would.
     fn are_parts(all: &[Self]) -> bool {
         let time = |s: &Self| s.time.as_ref().and_then(|time| time.seconds(s));
         let times: Vec<Vec<f64>> = all.iter().filter_map(time).collect();
-        let is_time = |s: &Self, name: &str| s.time.as_ref().is_some_and(|t| t.column == name);
         let shares = |a: &Self, b: &Self| match a.states_heading && b.states_heading {
             true => a.columns.len() == b.columns.len(),
-            false => {
-                let names = a.columns.iter().map(|c| c.name.as_str());
-                names
-                    .into_iter()
-                    .any(|name| !is_time(a, name) && b.column(name).is_some())
-            }
+            false => a.measured().any(|c| b.column(&c.name).is_some()),
         };
         let is_whole = |s: &Self| {
             let mut roles = ["force", "displacement"].into_iter();

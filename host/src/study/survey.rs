@@ -188,10 +188,10 @@ impl Survey {
         let mut time = time_of(&columns);
         let mut blocks = Vec::new();
         let mut starts = table.blocks;
-        let is_clock = |c: &&SurveyedColumn| c.named.time > 1 && long.is_none();
-        let clock = columns.iter().filter(is_clock);
-        if let (true, Some(clock)) = (starts.is_empty(), clock.max_by_key(|c| c.named.time)) {
-            starts = restarts(&clock.values);
+        if time.is_none() && starts.is_empty() && long.is_none() {
+            let clocks = columns.iter().filter(|c| c.named.time > 1);
+            let clock = clocks.max_by_key(|c| c.named.time);
+            starts = clock.map_or_else(Vec::new, |clock| restarts(&clock.values));
         }
         if time.is_none() && !starts.is_empty() {
             let ends = starts.iter().copied().chain([rows]);

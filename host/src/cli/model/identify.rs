@@ -15,7 +15,7 @@ use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::output;
-use crate::text::table::{Table, sample_rate, significant};
+use crate::text::table::{Table, sample_rate};
 use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -303,18 +303,7 @@ fn report(console: &Console, study: &Study, identified: &Identified) -> Result<(
 /// Prints what was learnt, and what to be wary of.
 fn report_model(console: &Console, identified: &Identified) -> Result<()> {
     let model = &identified.model;
-    for axis in &model.axes {
-        if axis.inertia_identified {
-            let (value, unit) = (significant(axis.inertia), axis.kind.inertia_unit());
-            console.say(match identified.inertia_error(&axis.name) {
-                Some(error) => format!(
-                    "Inertia of {}: {value} ± {error:.1e} {unit} (identified, one standard error).",
-                    axis.name
-                ),
-                None => format!("Inertia of {}: {value} {unit} (identified).", axis.name),
-            })?;
-        }
-    }
+    super::say_inertias(console, model, |axis| identified.inertia_error(axis))?;
     match &identified.training {
         Some(training) => identify_network::report(console, &model.axes, training)?,
         None if model.effects.is_empty() => report_polynomial(console, identified)?,

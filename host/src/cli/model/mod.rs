@@ -19,12 +19,25 @@ use crate::text::table::significant;
 
 /// Prints the inertias that were identified, and every parameter of the effects.
 fn say_values(console: &Console, model: &ModelFile) -> Result<()> {
+    say_inertias(console, model, |_| None)?;
+    console.say(effects::table(&model.effects).to_string())
+}
+
+/// Prints the inertias that were identified, with their standard errors where these are known.
+fn say_inertias(
+    console: &Console,
+    model: &ModelFile,
+    error: impl Fn(&str) -> Option<f64>,
+) -> Result<()> {
     for axis in model.axes.iter().filter(|a| a.inertia_identified) {
         let (value, unit) = (significant(axis.inertia), axis.kind.inertia_unit());
-        console.say(format!(
-            "Inertia of {}: {value} {unit} (identified).",
-            axis.name
-        ))?;
+        console.say(match error(&axis.name) {
+            Some(error) => format!(
+                "Inertia of {}: {value} ± {error:.1e} {unit} (identified, one standard error).",
+                axis.name
+            ),
+            None => format!("Inertia of {}: {value} {unit} (identified).", axis.name),
+        })?;
     }
-    console.say(effects::table(&model.effects).to_string())
+    Ok(())
 }

@@ -339,11 +339,8 @@ pub(crate) fn split_unit(name: &str) -> (&str, Option<String>) {
     for (at, _) in name.match_indices(['_', ' ']).filter(|(at, _)| *at > 0) {
         let unit = name[at + 1..].replace("_per_", "/").replace('_', "/");
         // `chan_1` is the first of several, and `torque_in` goes in.
-        let is_inch = || {
-            let stem = &name[..at].to_lowercase();
-            by_name(Quantity::Displacement(Translation), stem, &tokens(stem)) > 0
-        };
-        if is_a_unit(&unit) && unit.parse::<usize>().is_err() && (unit != "in" || is_inch()) {
+        let is_meant = || unit != "in" || measures(&name[..at], "in");
+        if is_a_unit(&unit) && unit.parse::<usize>().is_err() && is_meant() {
             return (&name[..at], Some(unit));
         }
     }
@@ -363,12 +360,16 @@ fn inner_unit(name: &str) -> Option<(&str, Option<String>)> {
     starts.filter(|at| *at > 0).find_map(|at| {
         let stem = name[..at].trim();
         let (unit, _) = name[at + 1..].split_once(['_', ' '])?;
-        let small = stem.to_lowercase();
-        let is_of =
-            |q: &Quantity| by_name(*q, &small, &tokens(stem)) > 0 && q.factor(unit, false).is_ok();
-        let is_meant = unit.len() > 1 && unit != "in" && QUANTITIES.iter().any(is_of);
+        let is_meant = unit.len() > 1 && unit != "in" && measures(stem, unit);
         is_meant.then(|| (stem, Some(unit.to_owned())))
     })
+}
+
+/// Whether words are for a quantity that has a unit.
+fn measures(words: &str, unit: &str) -> bool {
+    let (small, tokens) = (words.to_lowercase(), tokens(words));
+    let is_of = |q: &Quantity| by_name(*q, &small, &tokens) > 0 && q.factor(unit, false).is_ok();
+    QUANTITIES.iter().any(is_of)
 }
 
 #[cfg(test)]

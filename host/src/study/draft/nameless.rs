@@ -95,19 +95,17 @@ pub(super) fn position(
 ) -> Option<(String, String)> {
     let moves = |c: &&SurveyedColumn| Some(c.name.as_str()) != time && c.range[0] < c.range[1];
     let mut moving = survey.columns.iter().filter(moves);
+    let is_said = MOTION.iter().any(|role| said.column(role).is_some());
+    let says_nothing = |c: &SurveyedColumn| c.missing == 0 && c.named == Named::default();
     let only = match (moving.next(), moving.next()) {
         // Whatever its name, as `sensor_data`, unless that says something else.
-        (Some(c), None) if c.missing == 0 && c.named == Named::default() => Some(c.name.as_str()),
-        _ => None,
+        (Some(c), None) if !is_said && says_nothing(c) => c.name.as_str(),
+        _ => match nameless(survey, time, said)?.as_slice() {
+            [only] => only,
+            _ => return None,
+        },
     };
-    let is_said = MOTION.iter().any(|role| said.column(role).is_some());
-    match (only.filter(|_| !is_said), nameless(survey, time, said)) {
-        (Some(only), _) => Some(("displacement".into(), only.into())),
-        (None, Some(columns)) if columns.len() == 1 => {
-            Some(("displacement".into(), columns[0].into()))
-        }
-        _ => None,
-    }
+    Some(("displacement".into(), only.into()))
 }
 
 /// The columns that change, beside that of the time, in a log whose names are numbers or say the

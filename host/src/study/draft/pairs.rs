@@ -34,20 +34,9 @@ pub(super) fn own_first(columns: &mut [&SurveyedColumn], displacement: &[&Survey
     columns.sort_by_key(|c| number(&c.name).is_some_and(|own| !are_numbered(displacement, own)));
 }
 
-fn are_numbered(columns: &[&SurveyedColumn], own: usize) -> bool {
+/// Whether one of some channels has a number.
+pub(super) fn are_numbered(columns: &[&SurveyedColumn], own: usize) -> bool {
     columns.iter().any(|c| number(&c.name) == Some(own))
-}
-
-/// Whether a displacement and a force, each one of several, have numbers by which they belong to
-/// others.
-pub(super) fn are_of_others(
-    (x, displacements): (&SurveyedColumn, &[&SurveyedColumn]),
-    (force, forces): (&SurveyedColumn, &[&SurveyedColumn]),
-) -> bool {
-    match [number(&x.name), number(&force.name)] {
-        [Some(x), Some(f)] => x != f && are_numbered(forces, x) && are_numbered(displacements, f),
-        _ => false,
-    }
 }
 
 #[cfg(test)]

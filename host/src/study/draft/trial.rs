@@ -1,7 +1,7 @@
 //! The columns that an axis can be put together from, each way of doing so, and how well it
 //! explains the force.
 
-use super::pairs::{are_of_others, leave_out_still, own_first};
+use super::pairs::{are_numbered, leave_out_still, number, own_first};
 use super::parts::{DraftAxis, Log, UserChoices, factor};
 use crate::study::AxisKind;
 use crate::study::channels::integrate::{displacement_of, integral, lowest_frequency};
@@ -44,9 +44,14 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Whether a displacement and a force of these belong to others by their numbers.
+    /// Whether a displacement and a force have numbers by which each belongs to another one.
     pub(super) fn are_of_others(&self, x: &SurveyedColumn, force: &SurveyedColumn) -> bool {
-        are_of_others((x, &self.displacement), (force, &self.force))
+        match [number(&x.name), number(&force.name)] {
+            [Some(x), Some(f)] => {
+                x != f && are_numbered(&self.force, x) && are_numbered(&self.displacement, f)
+            }
+            _ => false,
+        }
     }
 
     pub(super) fn of(

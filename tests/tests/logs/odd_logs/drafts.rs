@@ -2,7 +2,7 @@
 
 use super::{RATE, ROWS, assert_near, init, motion, refused, text, values};
 use jointwatch::study::{AxisKind, Study};
-use jointwatch_tests::program::succeed;
+use jointwatch_tests::program::{says, succeed};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::fmt::Write as _;
@@ -108,12 +108,11 @@ fn of_joints_in_numbered_columns_the_one_that_moves_is_drafted_with_what_has_its
     });
     fs::write(folder.path().join("robot.csv"), log).unwrap();
     let study = init(&folder, &["robot.csv"]);
-    for line in [
+    let lines = [
         "displacement = \"actual_q_4\"",
         "force = \"joint_torque_4\"",
-    ] {
-        assert!(study.contains(line), "{study}");
-    }
+    ];
+    says(&study, &lines);
 }
 
 #[test]
@@ -129,13 +128,12 @@ fn columns_of_matrices_have_the_units_in_their_names_and_go_with_those_of_their_
     });
     fs::write(folder.path().join("runs.csv"), log).unwrap();
     let study = init(&folder, &["runs.csv"]);
-    for line in [
+    let lines = [
         "displacement = { column = \"laser_um[1]\", unit = \"um\" }",
         "acceleration = { column = \"acc_g[1]\", unit = \"g\" }",
         "force = { column = \"force_N[1]\", unit = \"N\" }",
-    ] {
-        assert!(study.contains(line), "{study}");
-    }
+    ];
+    says(&study, &lines);
 }
 
 #[test]
