@@ -5,7 +5,6 @@ use super::ModelAxis;
 use crate::study::Study;
 use crate::text::error::{Error, Result};
 use crate::text::nearest::suggestion;
-use crate::text::table::{Table, significant};
 use jointwatch_shared::base::followed::{Follows, kept};
 use jointwatch_shared::base::{Model, axis, terms::EffectValues};
 use jointwatch_shared::effect::about::{Parameter, Role};
@@ -156,71 +155,6 @@ impl ModelEffect {
             values: self.parameters.iter().map(|p| p.value).collect(),
         })
     }
-}
-
-/// Every parameter of a model's effects, in a table.
-pub fn table(effects: &[ModelEffect]) -> Table {
-    // Where everything acts in the joint, a column that says so only takes room.
-    let corrects = effects.iter().any(|e| is_correction(&e.effect));
-    // A refinement by simulation knows no intervals.
-    let mut parameters = effects.iter().flat_map(|e| &e.parameters);
-    let intervals = parameters.any(|p| p.interval.is_some());
-    let mut heading = vec!["effect", "parameter", "value"];
-    if intervals {
-        heading.push("95 % interval");
-    }
-    heading.push("unit");
-    if corrects {
-        heading.push("is part of");
-    }
-    let mut table = Table::new(&heading);
-    for effect in effects {
-        let mut name = effect.name();
-        for parameter in &effect.parameters {
-            let mut row = vec![
-                std::mem::take(&mut name),
-                parameter.name.clone(),
-                significant(parameter.value),
-            ];
-            if intervals {
-                let known = parameter.interval;
-                row.push(match known {
-                    None => "not determined".into(),
-                    Some([low, high]) if low == high => "given".into(),
-                    Some([low, high]) => {
-                        format!("{} to {}", significant(low), significant(high))
-                    }
-                });
-            }
-            row.push(parameter.unit.clone());
-            if corrects {
-                row.push(if is_correction(&effect.effect) {
-                    "the instruments: corrects the data".into()
-                } else {
-                    "the joint".into()
-                });
-            }
-            table.row(row);
-        }
-    }
-    table
-}
-
-/// The same without intervals, for a model that keeps none.
-pub fn table_of_values(effects: &[ModelEffect]) -> Table {
-    let mut table = Table::new(&["effect", "parameter", "value", "unit"]);
-    for effect in effects {
-        let mut name = effect.name();
-        for parameter in &effect.parameters {
-            table.row(vec![
-                std::mem::take(&mut name),
-                parameter.name.clone(),
-                significant(parameter.value),
-                parameter.unit.clone(),
-            ]);
-        }
-    }
-    table
 }
 
 /// An effect bound to an axis.

@@ -13,6 +13,7 @@ pub(crate) mod powers;
 pub mod scalar;
 pub(crate) mod tanh;
 pub mod time_history;
+pub mod values;
 
 pub use effects::{ModelEffect, ParameterValue};
 pub use evaluator::Evaluator;

@@ -174,6 +174,10 @@ pub trait Effect {
     /// A length, by its place, and the part of the largest displacement by which a motion meets it:
     /// where it is met later, an effect of the ends of the motion says the same.
     const MET_BY: Option<(usize, f64)> = None;
+    /// Stops that are met anywhere in the travel: the places of the upper and the lower one's
+    /// distance, each counted from the far end, and of that end. Their strengths are those of
+    /// [`Effect::ONE_IS_ENOUGH`], in this order.
+    const STOPS: Option<[usize; 3]> = None;
     /// Parameters, by their places, at whose largest value the law has become another one.
     const NOT_AT_MOST: &'static [usize] = &[];
     /// Parameters, by their places, whose searched values are in SI and not relative to the motion.
@@ -245,6 +249,9 @@ pub struct Entry {
     /// A length, and where a motion meets it: [`Effect::MET_BY`].
     #[cfg(feature = "fit")]
     pub met_by: Option<(usize, f64)>,
+    /// Stops, and what they are counted from: [`Effect::STOPS`].
+    #[cfg(feature = "fit")]
+    pub stops: Option<[usize; 3]>,
     /// Parameters at whose largest value it is another law: [`Effect::NOT_AT_MOST`].
     pub not_at_most: &'static [usize],
     /// Parameters that are searched for in SI: [`Effect::IN_SI`].
@@ -300,6 +307,8 @@ impl Entry {
             strength_by_displacement: E::STRENGTH_BY_DISPLACEMENT,
             #[cfg(feature = "fit")]
             met_by: E::MET_BY,
+            #[cfg(feature = "fit")]
+            stops: E::STOPS,
             not_at_most: E::NOT_AT_MOST,
             #[cfg(feature = "fit")]
             in_si: E::IN_SI,

@@ -18,6 +18,7 @@ impl Effect for OffsetContact {
     const TAG: u8 = 59;
     /// A contact on one side alone is one.
     const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
+    const STOPS: Option<[usize; 3]> = Some([2, 3, 5]);
     const LOOKS_LIKE: &'static [&'static str] = &["offset_stops", "power_contact"];
 
     const ABOUT: About = About {

@@ -41,6 +41,7 @@ impl Effect for OffsetStops {
     const TAG: u8 = 57;
     /// A stop on one side alone is one.
     const ONE_IS_ENOUGH: &'static [usize] = &[0, 1];
+    const STOPS: Option<[usize; 3]> = Some([2, 3, 4]);
     const LOOKS_LIKE: &'static [&'static str] = &["clearance", "end_stop", "power_contact"];
 
     const ABOUT: About = About {

@@ -9,6 +9,7 @@ use crate::diagnose::apply::{self, Applied};
 use crate::diagnose::changed::{self, ParameterChange};
 use crate::diagnose::{self, Columns, Diagnosis, Found, Ranked, SearchOptions, Verdict};
 use crate::model::file::ModelFile;
+use crate::model::values::stops;
 use crate::model::{corrections, effects};
 use crate::report::page::Asked;
 use crate::report::steps;
@@ -331,9 +332,9 @@ fn first_few(names: &[String]) -> String {
 
 /// The values of a candidate, in words.
 fn values(candidate: &Ranked) -> String {
-    let values: Vec<String> = candidate
-        .parameters
-        .iter()
+    let stops = stops(&candidate.effect, &candidate.parameters);
+    let values = candidate.parameters.iter().chain(&stops);
+    let values: Vec<String> = values
         .map(|p| quantity(&p.name, p.value, &p.unit))
         .collect();
     format!(

@@ -8,8 +8,8 @@ use crate::cli::console::Console;
 use crate::cli::report::Report;
 use crate::fit::identify::{self, Identified, from_sums};
 use crate::fit::polynomial::{Method, PolynomialOptions};
-use crate::model::effects;
 use crate::model::file::ModelFile;
+use crate::model::values;
 use crate::report::page::Asked;
 use crate::simulate::refine::{self, Refinement};
 use crate::study::Study;
@@ -310,7 +310,7 @@ fn report_model(console: &Console, identified: &Identified) -> Result<()> {
         None => console.say(format!(
             "\nPhysical model, a sum of {} effects:\n{}",
             model.effects.len(),
-            effects::table(&model.effects)
+            values::table(&model.effects)
         ))?,
     }
     if !model.verification.is_empty() {

@@ -12,15 +12,15 @@ pub(super) mod respond;
 mod staircase;
 
 use crate::cli::console::Console;
-use crate::model::effects;
 use crate::model::file::ModelFile;
+use crate::model::values;
 use crate::text::error::Result;
 use crate::text::table::significant;
 
 /// Prints the inertias that were identified, and every parameter of the effects.
 fn say_values(console: &Console, model: &ModelFile) -> Result<()> {
     say_inertias(console, model, |_| None)?;
-    console.say(effects::table(&model.effects).to_string())
+    console.say(values::table(&model.effects).to_string())
 }
 
 /// Prints the inertias that were identified, with their standard errors where these are known.

@@ -7,7 +7,7 @@ use crate::device::rig_block;
 use crate::device::signing::SignedModel;
 use crate::model::corrections;
 use crate::model::file::{Base, HistoryEntry, ModelFile};
-use crate::model::{ModelEffect, effects};
+use crate::model::{ModelEffect, values};
 use crate::study::AxisKind;
 use crate::study::survey::{Survey, is_a_log, is_long};
 use crate::text::error::{Error, Result};
@@ -122,7 +122,7 @@ fn model_in_words(model: &ModelFile) -> String {
         text.push_str(&input_in_words(&input.name, range, is_state));
     }
     if !model.effects.is_empty() {
-        text.push_str(&format!("\n{}", effects::table(&model.effects)));
+        text.push_str(&format!("\n{}", values::table(&model.effects)));
     }
     for sentence in corrections::in_words(&model.effects) {
         text.push_str(&format!("\nCorrected: {sentence}."));
@@ -265,7 +265,7 @@ fn blob_in_words(model: &Model) -> String {
         text.push_str(&input_in_words(input.name.as_str(), range, is_state));
     }
     if !model.terms().list().is_empty() {
-        let effects = effects::table_of_values(&ModelEffect::of_device(model));
+        let effects = values::table_of_values(&ModelEffect::of_device(model));
         text.push_str(&format!("\n{effects}"));
     }
     for sentence in corrections::in_words(&corrections::of_device(model)) {

@@ -108,16 +108,32 @@ impl<'a> Rivals<'a> {
         dot(self.all[at].errors, weights) / weights.iter().sum::<f64>()
     }
 
-    /// Those that lose to the best by no more than chance, or by less than every model of a real
-    /// joint is wrong by, unless it is clearly better; with blocks weighted.
+    /// Those that lose to the best, and to the best of as many effects, by no more than chance, or
+    /// by less than every model of a real joint is wrong by, unless it is clearly better; with
+    /// blocks weighted.
     pub(crate) fn good(&self, weights: &[f64]) -> Vec<usize> {
         let all = 0..self.all.len();
-        let means: Vec<f64> = all.clone().map(|at| self.mean(at, weights)).collect();
-        let Some(best) = all.clone().min_by(|a, b| means[*a].total_cmp(&means[*b])) else {
-            return Vec::new();
+        let best = self.best(weights, |_| true);
+        let most = self.all.iter().map(|set| set.added.len()).max();
+        let best_of_size: Vec<_> = (0..=most.unwrap_or(0))
+            .map(|size| self.best(weights, |set| set.added.len() == size))
+            .collect();
+        let keeps_up = |set: &Judged<'_>, with: Option<Judged<'_>>| {
+            with.is_none_or(|with| self.is_as_good(*set, with, weights))
         };
-        all.filter(|&at| self.is_as_good(self.all[at], self.all[best], weights))
-            .collect()
+        let good = |at: &usize| {
+            let set = &self.all[*at];
+            keeps_up(set, best) && keeps_up(set, best_of_size[set.added.len()])
+        };
+        all.filter(good).collect()
+    }
+
+    /// The best of some, with blocks weighted.
+    fn best(&self, weights: &[f64], of: impl Fn(&Judged<'_>) -> bool) -> Option<Judged<'a>> {
+        let all = (0..self.all.len()).filter(|&at| of(&self.all[at]));
+        let means = all.map(|at| (at, self.mean(at, weights)));
+        let best = means.min_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(at, _)| self.all[at])
     }
 
     /// Whether a set loses no more than that to another one.
@@ -143,35 +159,41 @@ impl<'a> Rivals<'a> {
     /// Whether what was looked at loses no more than that to `other`.
     pub(crate) fn keeps_up(&self, looked: &ScoredHypothesis, other: &ScoredHypothesis) -> bool {
         let [looked, other] = [looked, other].map(Judged::of);
-        self.is_as_good(looked, other, &vec![1.0; other.errors.len()])
+        self.is_as_good(looked, other, &even(other))
+    }
+
+    /// Whether it loses no more than that to the best of as many effects.
+    pub(crate) fn keeps_up_with_its_size(&self, looked: &ScoredHypothesis) -> bool {
+        let looked = Judged::of(looked);
+        let weights = even(looked);
+        let best = self.best(&weights, |set| set.added.len() == looked.added.len());
+        best.is_none_or(|best| self.is_as_good(looked, best, &weights))
     }
 
     /// The sets that are as good as this one and have fewer numbers, the simplest first.
     pub(crate) fn simpler(&self, than: &ScoredHypothesis) -> Vec<usize> {
         let other = Judged::of(than);
-        let weights = vec![1.0; other.errors.len()];
+        let weights = even(other);
         let fewer = (0..self.all.len()).filter(|&at| self.all[at].numbers < other.numbers);
-        let mut good: Vec<usize> = fewer
-            .filter(|&at| self.is_as_good(self.all[at], other, &weights))
-            .collect();
-        good.sort_by(|a, b| self.by_simplicity(*a, *b, &weights));
-        good
+        let good = fewer.filter(|&at| self.is_as_good(self.all[at], other, &weights));
+        self.simplest_first(good.collect(), &weights)
     }
 
     /// That with the fewest numbers first, then that with the fewest memories that were not seen,
-    /// then that with the least error.
+    /// then that with the fewest effects, then that with the least error.
     fn by_simplicity(&self, a: usize, b: usize, weights: &[f64]) -> Ordering {
-        let order = |at: usize| (self.all[at].numbers, self.unseen_memories[at]);
+        let order = |at: usize| {
+            let set = &self.all[at];
+            (set.numbers, self.unseen_memories[at], set.added.len())
+        };
         let errors = || self.mean(a, weights).total_cmp(&self.mean(b, weights));
         order(a).cmp(&order(b)).then_with(errors)
     }
 
-    /// The simplest of some.
-    pub(crate) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
-        let simplest = of
-            .iter()
-            .min_by(|a, b| self.by_simplicity(**a, **b, weights));
-        simplest.copied().unwrap_or(0)
+    /// Some in this order.
+    pub(crate) fn simplest_first(&self, mut of: Vec<usize>, weights: &[f64]) -> Vec<usize> {
+        of.sort_by(|a, b| self.by_simplicity(*a, *b, weights));
+        of
     }
 
     /// Of some, those that hold no other one of them, with the part that each has.
@@ -212,6 +234,11 @@ struct Judged<'a> {
     power: f64,
     /// Strengths and shape parameters.
     numbers: usize,
+}
+
+/// Every block counts alike.
+fn even(set: Judged<'_>) -> Vec<f64> {
+    vec![1.0; set.errors.len()]
 }
 
 impl<'a> Judged<'a> {
@@ -398,7 +425,7 @@ mod tests {
         let clear = rivals(&[leak(&base), leak(&law), leak(&wider)]);
         let good = clear.good(&alike);
         assert_eq!(good, [1, 2]);
-        assert_eq!(clear.simplest(&good, &alike), 1);
+        assert_eq!(clear.simplest_first(good.clone(), &alike)[0], 1);
         // Two numbers more: a quarter of the part.
         let parts = clear.parts(&good);
         assert!((parts[0].1 - 0.8).abs() < 1e-12 && (parts[1].1 - 0.2).abs() < 1e-12);
@@ -416,7 +443,7 @@ mod tests {
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
         let none = rivals(&[leak(&base), leak(&same), leak(&same)]);
         let good = none.good(&alike);
-        assert_eq!(none.simplest(&good, &alike), 0);
+        assert_eq!(none.simplest_first(good.clone(), &alike)[0], 0);
         assert_eq!(none.parts(&good), [(0, 1.0)]);
     }
 }

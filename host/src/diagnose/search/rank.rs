@@ -20,6 +20,8 @@ const ALWAYS: usize = 4;
 const RIVAL: f64 = 0.1;
 /// An effect takes away no more than this times what it promises before its shapes are found.
 const MORE: f64 = 4.0;
+/// Of those, so many beside each effect that was tried beside the base.
+const BESIDE: usize = 2;
 /// Steps of the first refinement of an effect's shapes, and of all shapes together.
 const STEPS: [usize; 2] = [6, 10];
 /// Of the best, this many times the width are tried with squares of inputs, and have all their
@@ -91,6 +93,14 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
                 if !alone {
                     moves.push((hypothesis, &from.parts));
                 }
+            }
+        }
+        if step == 1 {
+            // What does nothing by itself may do much beside what promises most there.
+            let alone = all[1..].iter().filter(|looked| looked.sound);
+            for from in alone {
+                let beside = added(field, &from.hypothesis, TRIED, None).into_iter();
+                moves.extend(beside.take(BESIDE).map(|h| (h, &*from.parts)));
             }
         }
         moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));

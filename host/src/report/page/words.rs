@@ -10,6 +10,7 @@ use crate::fit::identify;
 use crate::model::corrections::missing_inertia;
 use crate::model::effects::is_correction;
 use crate::model::file::{Base, ModelFile};
+use crate::model::values::stops;
 use crate::model::{ModelEffect, ParameterValue};
 use crate::report::staircase::Step;
 use crate::simulate::respond::Response;
@@ -254,7 +255,18 @@ pub(super) fn values(about: Option<&About>, parameters: &[ParameterValue]) -> Ve
             interval: p.interval,
         }
     };
-    parameters.iter().enumerate().map(value).collect()
+    let stops = about.map(|about| stops(about.name, parameters));
+    let stop = |stop: ParameterValue| Value {
+        meaning: stop.name.replace('_', " "),
+        symbol: String::new(),
+        value: stop.value,
+        unit: stop.unit,
+        interval: stop.interval,
+    };
+    let listed = parameters.iter().enumerate().map(value);
+    listed
+        .chain(stops.into_iter().flatten().map(stop))
+        .collect()
 }
 
 fn term(term: &ModelEffect) -> Term {

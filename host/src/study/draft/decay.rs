@@ -13,6 +13,11 @@ const MIN_SWINGS: usize = 4;
 /// A body is let go where it has left this part of its first swing behind: a free one stays there
 /// for a tenth of its period.
 const LET_GO: f64 = 0.05;
+/// A body that stands at the end of its decay keeps there within this part of its range.
+const STANDS: f64 = 0.01;
+/// The end that shows whether it does, as a part of the decay; a rest that is no longer than twice
+/// this stays.
+const LAST: usize = 20;
 /// The part of a log that its free decays hold, at least: one that grows is none.
 const MOST: f64 = 0.5;
 
@@ -38,9 +43,32 @@ pub(super) fn free_decays(position: &[f64]) -> Vec<[usize; 2]> {
         })
         .collect();
     let rows: usize = decays.iter().map(|[from, to]| to - from).sum();
-    match rows as f64 > MOST * position.len() as f64 {
+    let decays = match rows as f64 > MOST * position.len() as f64 {
         true => decays,
         false => vec![[0, position.len()]],
+    };
+    let until_rest = |[from, to]: [usize; 2]| [from, from + moving(&position[from..to])];
+    decays.into_iter().map(until_rest).collect()
+}
+
+/// Rows of a decay until it has come to rest and a little longer; all where it never does, or is at
+/// rest for a short while alone.
+///
+/// A body that dry friction holds says nothing of how it moves, and where it is held is chance.
+fn moving(position: &[f64]) -> usize {
+    let rows = position.len();
+    let last = rows / LAST;
+    if last == 0 {
+        return rows;
+    }
+    let [low, high] = extent(position.iter().copied());
+    let [least, most] = extent(position[rows - last..].iter().copied());
+    let band = most - least;
+    let stands = |x: &f64| (least - band..=most + band).contains(x);
+    let end = position.iter().rposition(|x| !stands(x)).unwrap_or(rows) + last / 4;
+    match band <= STANDS * (high - low) && rows > end + last {
+        true => end,
+        false => rows,
     }
 }
 
@@ -120,6 +148,24 @@ mod tests {
         );
         assert!((second..second + PERIOD / 10).contains(&again), "{again}");
         assert_eq!(end, position.len());
+    }
+
+    #[test]
+    fn what_follows_when_a_body_has_come_to_rest_is_left_out() {
+        let position: Vec<f64> = let_go(20).collect();
+        // Dry friction ends a swing in finite time, and anywhere.
+        let stuck = |rows: usize| -> Vec<f64> {
+            let rest = position[position.len() - 7];
+            let steps = (0..rows).map(|row| rest + 1e-4 * f64::from(row as u32 % 2));
+            position.iter().copied().chain(steps).collect()
+        };
+        let long = stuck(2000);
+        let [[0, end]] = free_decays(&long)[..] else {
+            panic!("{:?}", free_decays(&long));
+        };
+        assert!((1000..1200).contains(&end), "{end}");
+        let short = stuck(50);
+        assert_eq!(free_decays(&short), [[0, short.len()]]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::parts::{DraftAxis, Log, UserChoices, factor};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use super::velocity::velocity_of;
 use crate::study::channels::units::Quantity;
-use crate::study::check::kinematics::joint_motion;
+use crate::study::check::kinematics::{alike, clear_lag, joint_motion, motion};
 use crate::study::check::linear::{Fitted, Linear};
 use crate::study::series::extent;
 use crate::study::survey::SurveyedColumn;
@@ -69,7 +69,7 @@ fn let_go((log, decays): (&Log<'_>, &Vec<[usize; 2]>)) -> Option<String> {
     (decays[..] != [[0, rows]]).then(|| {
         let each = decays.iter().map(|[from, to]| format!("[{from}, {to}]"));
         format!(
-            "{}: the body is let go and swings freely in rows {}; what a hand does outside is left out",
+            "{}: the body moves freely in rows {}; what is outside is left out: there a hand moves it, or it rests",
             log.survey.file,
             each.collect::<Vec<_>>().join(", ")
         )
@@ -128,7 +128,8 @@ fn swings<'a>(
             let stated = a.unit.is_some() && body.unit.is_some();
             let gain = (l.gain * factor(a, Quantity::Acceleration(kind))).abs();
             let of_size = (BETTER..BETTER.recip()).contains(&gain);
-            l.correlation.abs() > DERIVATIVE && (of_size || !stated)
+            let is_own = l.correlation.abs() > DERIVATIVE && (of_size || !stated);
+            is_own && !is_between_two(&logs[0], &position, a, parts)
         });
         let sign = own.as_ref().map_or(1.0, |(_, l)| l.gain.signum());
         let own = own.map(|(a, _)| a);
@@ -154,6 +155,31 @@ fn swings<'a>(
         }));
     }
     swings
+}
+
+/// Whether a position is one between two bodies whose accelerations were logged, one of them by
+/// this column: its second derivative is then the difference of both. Near its resonance a body
+/// moves so much more than what shakes it that its own acceleration all but does for that.
+fn is_between_two(
+    log: &Log<'_>,
+    position: &[f64],
+    one: &SurveyedColumn,
+    parts: &Parts<'_>,
+) -> bool {
+    let lag = clear_lag(position).max(2);
+    let [_, _, derived] = motion(position, lag, log.rate_hz);
+    let averaged = |column: &SurveyedColumn| Some(alike(log.values(&column.name)?, lag));
+    let others = parts.acceleration.iter().filter(|a| a.name != one.name);
+    let mut fits = others.filter_map(|other| {
+        let mut fit = Linear::new(2);
+        fit.add(&[&averaged(one)?, &averaged(other)?], &derived, 8);
+        Some((fit.solve()?, fit.solve_without(1)?))
+    });
+    fits.any(|(both, alone)| {
+        let gain = both.coefficients[1] / both.coefficients[0];
+        let differ = (BETTER..BETTER.recip()).contains(&-gain);
+        both.sure(0) && both.sure(1) && differ && both.rest < BETTER * alone.rest
+    })
 }
 
 /// The likeliest body on a base at rest, unless another one is explained clearly better.
