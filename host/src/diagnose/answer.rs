@@ -1,5 +1,6 @@
 //! What a diagnosis answers, as it is printed and as scripts read it (`diagnose --json`).
 
+use super::criteria;
 use super::decide::{Decision, drop_interval};
 use super::errors::shapes_of;
 use super::learner::Knows;
@@ -450,8 +451,19 @@ pub(super) fn in_words_looked(decisions: &[Decision], axes: &[&str]) -> Vec<Look
                 } else if let Some(chosen) = chosen
                     && l.score.rank < chosen
                 {
+                    let more = (decision.errors[1].powi(2) - l.score.error.powi(2))
+                        .max(0.0)
+                        .sqrt();
+                    let counts = criteria::LEAST_SHARE * decision.moving.sqrt();
+                    let why = match more < counts {
+                        true => format!(
+                            "explains {:.2} % of the force more, too little to count",
+                            100.0 * more
+                        ),
+                        false => "within the scatter of the blocks".into(),
+                    };
                     format!(
-                        "ahead of the chosen one by {:.3}: within the scatter of the blocks, or by an effect that explains next to nothing",
+                        "ahead of the chosen one by {:.3}: {why}",
                         chosen - l.score.rank
                     )
                 } else {

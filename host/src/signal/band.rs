@@ -106,7 +106,11 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
             };
             let edge = power_edge(&spectrum, level, state_band_hz, KEPT);
             let clear = power_edge(&spectrum, level, state_band_hz, NEARLY_ALL);
-            edge.max(clear.min(enough_hz))
+            match edge > 0.0 {
+                true => edge.max(clear.min(enough_hz)),
+                // Nothing stands out: no band is better than another, but some have too few rows.
+                false => enough_hz,
+            }
         })
         .fold(0.0, f64::max);
     edge.clamp(1e-3 * rate, 0.5 * WIDEST * rate)

@@ -4,7 +4,7 @@
 //! no law of motion can be learnt from such rows or be judged by them.
 
 use crate::signal::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, floor_of};
-use crate::study::series::range;
+use crate::study::series::median;
 use crate::study::survey::smallest_step;
 use crate::study::{Record, Role, Study};
 use crate::text::error::{Error, Result};
@@ -13,6 +13,9 @@ use crate::text::error::{Error, Result};
 const STEPS: f64 = 1.5;
 /// The same in standard deviations of a position's noise.
 const NOISE: f64 = 6.0;
+/// Where a joint rests, it stays for so many times longer than half of the stretches that it stays
+/// for.
+const LONGER: f64 = 5.0;
 /// Fewer rows in motion tell nothing.
 const LEAST: usize = 100;
 /// Part of the rows that is worth a word.
@@ -21,25 +24,45 @@ const MANY: f64 = 0.1;
 const NEARLY_ALL: f64 = 0.9;
 
 /// Of every row of a record but those that the filters cost at each end, whether no axis moves: for
-/// a period of the fastest motion that the states show, its displacement stays within what encoder
-/// and noise do.
+/// a period of the fastest motion that the states show, and for much longer than usual, its
+/// displacement stays within what encoder and noise do.
 fn rows(study: &Study, record: &Record, (state_band_hz, half): (f64, usize)) -> Vec<bool> {
     let mut still = vec![true; record.rows];
     let period = (study.sample_rate_hz / state_band_hz).ceil() as usize + 1;
     for (axis, channels) in study.axes.iter().zip(&record.axes) {
         let displacement = channels.relative_displacement();
         let least = least_motion(&displacement, axis.encoder_step, study.sample_rate_hz);
-        let mut moving_from = 0;
-        for (start, window) in displacement.windows(period).enumerate() {
-            if range(window) <= least {
-                still[moving_from..start.max(moving_from)].fill(false);
-                moving_from = start + period;
+        let stays = stays(&displacement, least);
+        let usual = median(stays.iter().map(|rows| *rows as f64).collect()).unwrap_or(0.0);
+        let mut from = 0;
+        for &rows in &stays {
+            let rests = stays.len() == 1 || (rows >= period && rows as f64 > LONGER * usual);
+            if !rests {
+                still[from..from + rows].fill(false);
             }
+            from += rows;
         }
-        still[moving_from..].fill(false);
     }
     let kept = half..record.rows.saturating_sub(half);
     still.get(kept).unwrap_or_default().to_vec()
+}
+
+/// Rows for which a displacement stays within this range, one stretch after the other.
+///
+/// What creeps all the time, or is read less often than its log has rows, stays for equally long
+/// everywhere; what rests stays for longer than it does as it moves.
+fn stays(displacement: &[f64], least: f64) -> Vec<usize> {
+    let mut stays = Vec::new();
+    let (mut from, mut low, mut high) = (0, f64::INFINITY, f64::NEG_INFINITY);
+    for (row, &x) in displacement.iter().enumerate() {
+        (low, high) = (low.min(x), high.max(x));
+        if high - low > least {
+            stays.push(row - from);
+            (from, low, high) = (row, x, x);
+        }
+    }
+    stays.push(displacement.len() - from);
+    stays
 }
 
 /// The same of a study that leaves such rows out.
@@ -109,7 +132,18 @@ fn tail(displacement: &[f64], rate: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::least_motion;
+    use super::{least_motion, stays};
+
+    #[test]
+    fn what_creeps_stays_equally_long_everywhere_and_what_rests_for_longer() {
+        let creeps: Vec<f64> = (0..1000).map(|row| 1e-3 * f64::from(row)).collect();
+        let of_creep = stays(&creeps, 0.0995);
+        assert_eq!(of_creep, [100; 10]);
+        let moves: Vec<f64> = (0..100).map(|row| 1e-2 * f64::from(row)).collect();
+        let rests = [moves, vec![1.0; 300]].concat();
+        assert_eq!(stays(&rests, 0.0995).last(), Some(&300));
+        assert_eq!(stays(&[1.0; 7], 0.1), [7]);
+    }
 
     #[test]
     fn an_encoder_moves_by_more_than_a_step_and_a_gauge_by_more_than_its_noise() {

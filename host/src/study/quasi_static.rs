@@ -47,7 +47,7 @@ pub(super) fn direction(displacement: &[f64], count: Option<f64>) -> Vec<f64> {
 }
 
 /// The same, with reversals of no more than `reach` left out.
-pub(super) fn direction_beyond(displacement: &[f64], reach: f64) -> Vec<f64> {
+pub(crate) fn direction_beyond(displacement: &[f64], reach: f64) -> Vec<f64> {
     let mut direction = vec![0.0; displacement.len()];
     let mut towards = 0.0;
     // The farthest row so far in the direction of travel; what comes after it turns round when

@@ -254,6 +254,45 @@ fn counts_that_are_too_coarse_are_named() {
 }
 
 #[test]
+fn a_force_that_is_switched_is_named() {
+    let mut study = study(&SimulationOptions {
+        seed: SEED,
+        axes: 1,
+        ..SimulationOptions::default()
+    });
+    for record in &mut study.records {
+        for force in &mut record.axes[0].force {
+            *force = 12f64.copysign(*force);
+        }
+    }
+    let found = found(&study);
+    let switched = found
+        .iter()
+        .find(|f| f.sentence.contains("takes 2 values alone"));
+    assert!(switched.is_some_and(|f| f.serious), "{found:?}");
+}
+
+#[test]
+fn a_motion_of_which_the_turns_alone_were_logged_is_named() {
+    let mut study = study(&SimulationOptions {
+        seed: SEED,
+        axes: 1,
+        ..SimulationOptions::default()
+    });
+    for record in &mut study.records {
+        let logged = &mut record.axes[0];
+        let zigzag = |row: usize| [0.0, 1e-3, 2e-3, 1e-3][row % 4] * (1.0 + 1e-4 * row as f64);
+        logged.displacement_first = (0..logged.force.len()).map(zigzag).collect();
+        logged.displacement_second = None;
+    }
+    let found = found(&study);
+    let turns = found
+        .iter()
+        .find(|f| f.sentence.contains("its motion turns every 2 rows"));
+    assert!(turns.is_some_and(|f| !f.serious), "{found:?}");
+}
+
+#[test]
 fn a_line_of_the_mains_is_a_remark() {
     // In the drive's own band a line is one among many, and the search for effects has to find it.
     let mut study = study(&SimulationOptions {

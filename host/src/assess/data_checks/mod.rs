@@ -13,31 +13,28 @@ mod mains;
 mod single;
 mod skew;
 mod stuck;
+mod too_few;
 
 use crate::signal::motion::Filters;
-use crate::study::series::{range, spread};
-use crate::study::{Role, Study};
+use crate::study::Study;
+use crate::study::series::spread;
 use channel::channels;
 pub use finding::Finding;
 use finding::RecordPosition;
 use rayon::prelude::*;
 
-/// Counts from one end of the motion to the other below which a displacement has too few: rounding
-/// to counts then makes an error of 1/(√12·counts) of the motion, which for a spring is above the
-/// half per cent at which effects are looked for.
-const FEW_COUNTS: f64 = 50.0;
-/// Counts below which it is next to nothing: the rounding alone is 3 % of the motion.
-const NEXT_TO_NO_COUNTS: f64 = 10.0;
-
 /// Everything that is wrong with a study's data, the serious first.
 ///
-/// Without time a channel may stand still or jump from row to row, so only the resolution of the
-/// displacement is looked at.
+/// Without time a channel may stand still or jump from row to row, so only what a law is learnt from
+/// is counted.
 pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
     let axes = 0..study.axes.len();
+    let few: Vec<Finding> = axes
+        .clone()
+        .flat_map(|axis| too_few::check(study, axis))
+        .collect();
     if study.quasi_static {
-        let coarse = axes.filter_map(|index| coarse(study, index));
-        return serious_first(coarse.collect());
+        return serious_first(few);
     }
     let liveliest: Vec<Vec<f64>> = axes.map(|index| liveliest(study, index)).collect();
     let records = study.records.par_iter().flat_map_iter(|record| {
@@ -62,8 +59,8 @@ pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
             .collect::<Vec<_>>()
     });
     let mut found: Vec<Finding> = records.collect();
+    found.extend(few);
     for index in 0..study.axes.len() {
-        found.extend(coarse(study, index));
         found.extend(mains::check(study, index));
         found.extend(skew::check(study, index, filters));
     }
@@ -92,28 +89,5 @@ fn liveliest(study: &Study, index: usize) -> Vec<f64> {
             *most = most.max(spread(channel.series));
         }
         most
-    })
-}
-
-/// Whether an encoder's count is too coarse for the motion of an axis.
-fn coarse(study: &Study, index: usize) -> Option<Finding> {
-    let axis = &study.axes[index];
-    let step = axis.encoder_step?;
-    let training = study.records.iter().filter(|r| r.role == Role::Train);
-    let ranges = training.map(|record| {
-        let relative = record.axes[index].relative_displacement();
-        range(&relative)
-    });
-    let counts = ranges.fold(0.0, f64::max) / step;
-    // Next to no motion at all is not the encoder's fault; the fit says what it could not
-    // determine.
-    (1.0..FEW_COUNTS).contains(&counts).then(|| Finding {
-        sentence: format!(
-            "axis {}: its displacement moves over {counts:.0} counts of the encoder in all training records, and its velocity is \
-             derived from those; shake harder, or use a finer encoder",
-            axis.name
-        ),
-        serious: counts < NEXT_TO_NO_COUNTS,
-        spikes: None,
     })
 }

@@ -118,12 +118,10 @@ impl<'a> Rivals<'a> {
         let best_of_size: Vec<_> = (0..=most.unwrap_or(0))
             .map(|size| self.best(weights, |set| set.added.len() == size))
             .collect();
-        let keeps_up = |set: &Judged<'_>, with: Option<Judged<'_>>| {
-            with.is_none_or(|with| self.is_as_good(*set, with, weights))
-        };
         let good = |at: &usize| {
-            let set = &self.all[*at];
-            keeps_up(set, best) && keeps_up(set, best_of_size[set.added.len()])
+            let set = self.all[*at];
+            let mut ahead = best.into_iter().chain(best_of_size[set.added.len()]);
+            ahead.all(|other| self.is_as_good(set, other, weights))
         };
         all.filter(good).collect()
     }
@@ -159,24 +157,19 @@ impl<'a> Rivals<'a> {
     /// Whether what was looked at loses no more than that to `other`.
     pub(crate) fn keeps_up(&self, looked: &ScoredHypothesis, other: &ScoredHypothesis) -> bool {
         let [looked, other] = [looked, other].map(Judged::of);
-        self.is_as_good(looked, other, &even(other))
-    }
-
-    /// Whether it loses no more than that to the best of as many effects.
-    pub(crate) fn keeps_up_with_its_size(&self, looked: &ScoredHypothesis) -> bool {
-        let looked = Judged::of(looked);
-        let weights = even(looked);
-        let best = self.best(&weights, |set| set.added.len() == looked.added.len());
-        best.is_none_or(|best| self.is_as_good(looked, best, &weights))
+        self.is_as_good(looked, other, &vec![1.0; other.errors.len()])
     }
 
     /// The sets that are as good as this one and have fewer numbers, the simplest first.
     pub(crate) fn simpler(&self, than: &ScoredHypothesis) -> Vec<usize> {
         let other = Judged::of(than);
-        let weights = even(other);
+        let weights = vec![1.0; other.errors.len()];
         let fewer = (0..self.all.len()).filter(|&at| self.all[at].numbers < other.numbers);
-        let good = fewer.filter(|&at| self.is_as_good(self.all[at], other, &weights));
-        self.simplest_first(good.collect(), &weights)
+        let mut good: Vec<usize> = fewer
+            .filter(|&at| self.is_as_good(self.all[at], other, &weights))
+            .collect();
+        good.sort_by(|a, b| self.by_simplicity(*a, *b, &weights));
+        good
     }
 
     /// That with the fewest numbers first, then that with the fewest memories that were not seen,
@@ -190,10 +183,12 @@ impl<'a> Rivals<'a> {
         order(a).cmp(&order(b)).then_with(errors)
     }
 
-    /// Some in this order.
-    pub(crate) fn simplest_first(&self, mut of: Vec<usize>, weights: &[f64]) -> Vec<usize> {
-        of.sort_by(|a, b| self.by_simplicity(*a, *b, weights));
-        of
+    /// The simplest of some.
+    pub(crate) fn simplest(&self, of: &[usize], weights: &[f64]) -> usize {
+        let simplest = of
+            .iter()
+            .min_by(|a, b| self.by_simplicity(**a, **b, weights));
+        simplest.copied().unwrap_or(0)
     }
 
     /// Of some, those that hold no other one of them, with the part that each has.
@@ -234,11 +229,6 @@ struct Judged<'a> {
     power: f64,
     /// Strengths and shape parameters.
     numbers: usize,
-}
-
-/// Every block counts alike.
-fn even(set: Judged<'_>) -> Vec<f64> {
-    vec![1.0; set.errors.len()]
 }
 
 impl<'a> Judged<'a> {
@@ -425,7 +415,7 @@ mod tests {
         let clear = rivals(&[leak(&base), leak(&law), leak(&wider)]);
         let good = clear.good(&alike);
         assert_eq!(good, [1, 2]);
-        assert_eq!(clear.simplest_first(good.clone(), &alike)[0], 1);
+        assert_eq!(clear.simplest(&good, &alike), 1);
         // Two numbers more: a quarter of the part.
         let parts = clear.parts(&good);
         assert!((parts[0].1 - 0.8).abs() < 1e-12 && (parts[1].1 - 0.2).abs() < 1e-12);
@@ -443,7 +433,7 @@ mod tests {
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
         let none = rivals(&[leak(&base), leak(&same), leak(&same)]);
         let good = none.good(&alike);
-        assert_eq!(none.simplest_first(good.clone(), &alike)[0], 0);
+        assert_eq!(none.simplest(&good, &alike), 0);
         assert_eq!(none.parts(&good), [(0, 1.0)]);
     }
 }

@@ -263,16 +263,14 @@ impl<'a> Choice<'a> {
         field: &Field<'_, '_>,
         inputs: &Inputs,
         sound: &[&'a ScoredHypothesis],
-        base: &'a ScoredHypothesis,
+        base: &ScoredHypothesis,
     ) -> Self {
         let rivals = Rivals::of(sound, field.full);
         let alike = vec![1.0; base.score.log_errors.len()];
-        let good = rivals.simplest_first(rivals.good(&alike), &alike);
+        let good = rivals.good(&alike);
+        let mut chosen = sound[rivals.simplest(&good, &alike)];
         let of = |looked: &ScoredHypothesis| pruned(field, inputs, looked.clone(), base);
-        let all = || good.iter().map(|&at| (sound[at], of(sound[at])));
-        // What is left of a set need not be as good as another one from the start.
-        let stays = all().find(|(_, rest)| rivals.keeps_up_with_its_size(&rest.decided));
-        let (mut chosen, mut pruned) = stays.or_else(|| all().next()).unwrap_or((base, of(base)));
+        let mut pruned = of(chosen);
         // Of what is left of a set another one may be as good, and simpler, after the same.
         while let Some((simpler, rest)) = rivals
             .simpler(&pruned.decided)

@@ -24,6 +24,8 @@ use std::sync::Arc;
 /// Without an applied force there is no second channel whose gain, zero or lateness could pass for
 /// a force: then so much less is explained at least.
 const ONE_CHANNEL: f64 = 0.1;
+/// A way back is at least this part of the way there: noise on a slow motion comes back as well.
+const WAY_BACK: f64 = 0.1;
 /// Of a column's energy, what has to be left in the blocks that a fold learns from.
 pub(crate) const LEARNT: f64 = 0.02;
 
@@ -90,11 +92,21 @@ fn moving(records: &Records<'_>, axis: usize) -> f64 {
     (1.0 - mean * mean / power).max(0.0)
 }
 
-/// Whether an axis travels both ways, by more than a hundredth of its way.
-fn reverses(velocity: &[f64]) -> bool {
-    let way = |sign: f64| -> f64 { velocity.iter().map(|v| (sign * v).max(0.0)).sum() };
-    let (ahead, back) = (way(1.0), way(-1.0));
-    ahead.min(back) > 0.01 * ahead.max(back)
+/// Whether an axis goes both ways: as far as a part of the longest way that it goes in a
+/// record. To and fro at one place, as noise does, it goes nowhere.
+fn reverses(records: &Records<'_>, axis: usize) -> bool {
+    let displacement = records.of_motion(axis, None, |at| at.displacement);
+    let (mut ahead, mut back, mut from) = (0.0_f64, 0.0_f64, 0);
+    for rows in &records.rows {
+        let own = &displacement[from..from + rows];
+        from += rows;
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for &x in own {
+            (lowest, highest) = (lowest.min(x), highest.max(x));
+            (ahead, back) = (ahead.max(x - lowest), back.max(highest - x));
+        }
+    }
+    ahead.min(back) > WAY_BACK * ahead.max(back)
 }
 
 impl<'a> Bench<'a> {
@@ -118,7 +130,7 @@ impl<'a> Bench<'a> {
             scale: rms(measured),
             peak: peak(measured),
             driven: 0.0,
-            reverses: reverses(&velocity),
+            reverses: reverses(records, axis),
             only_direction: velocity.iter().all(|v| [0.0, 1.0].contains(&v.abs())),
             velocity,
             instruments: Vec::new(),

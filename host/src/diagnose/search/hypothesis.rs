@@ -14,6 +14,9 @@ const AT_BOUND: f64 = 0.01;
 /// A pitch up to the travel, in units of the largest displacement.
 const TRAVEL: f64 = 2.0;
 
+/// Effects as tags with their axes and inputs, in order.
+pub(crate) type Key = Vec<(u8, usize, Option<&'static str>)>;
+
 /// A set of effects with values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Hypothesis {
@@ -110,7 +113,7 @@ impl Hypothesis {
 
     /// Which effects are added, in an order of its own: two hypotheses with the same key are the
     /// same set.
-    pub(crate) fn key(&self) -> Vec<(u8, usize, Option<&'static str>)> {
+    pub(crate) fn key(&self) -> Key {
         let added = self.added().iter();
         let mut key: Vec<_> = added.map(|b| (b.entry.tag, b.axis, b.input)).collect();
         key.sort_unstable();

@@ -3,7 +3,7 @@
 
 use super::bench::Bench;
 use super::collect::Library;
-use super::hypothesis::{Hypothesis, Part};
+use super::hypothesis::{Hypothesis, Key, Part};
 use super::score::Score;
 use crate::diagnose::criteria;
 use crate::model::effects::AxisEffect;
@@ -95,47 +95,17 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
                 }
             }
         }
+        let mut tried = tried(field, moves, &mut seen);
         if step == 1 {
             // What does nothing by itself may do much beside what promises most there.
-            let alone = all[1..].iter().filter(|looked| looked.sound);
-            for from in alone {
-                let beside = added(field, &from.hypothesis, TRIED, None).into_iter();
-                moves.extend(beside.take(BESIDE).map(|h| (h, &*from.parts)));
-            }
+            let sound = all[1..].par_iter().filter(|looked| looked.sound);
+            let beside = sound.flat_map_iter(|from| {
+                let wider = added(field, &from.hypothesis, TRIED, None).into_iter();
+                wider.take(BESIDE).map(|h| (h, &*from.parts))
+            });
+            tried.extend(self::tried(field, beside.collect(), &mut seen));
+            tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         }
-        moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
-        let look_at = |(hypothesis, known): (Hypothesis, &[Part])| {
-            let mut refined = field.excerpt.refined(&hypothesis, false, STEPS[0]);
-            // The frequency of a line is known as finely as the records are long.
-            if refined.added().iter().any(|b| b.entry.is_line()) {
-                refined = field.full.refined(&refined, false, STEPS[0]);
-            }
-            look(field.full, &refined, known)
-        };
-        let mut tried: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
-        tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
-        let best = tried.iter().take(SETTLED * criteria::WIDTH);
-        let mut moves: Vec<(Hypothesis, &[Part])> = best
-            .flat_map(|looked| {
-                let squared = with_squares(field, &looked.hypothesis);
-                squared.map(|hypothesis| (hypothesis, &*looked.parts))
-            })
-            .collect();
-        moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
-        let squared: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
-        tried.extend(squared);
-        tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
-        let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
-        let most = SETTLED * criteria::WIDTH;
-        let rivals = tried.par_iter_mut().take(most);
-        rivals.filter(|l| l.score.rank < near).for_each(|looked| {
-            let refined = field.excerpt.refined(&looked.hypothesis, true, STEPS[1]);
-            let again = look(field.full, &refined, &looked.parts);
-            if order(&again) < order(looked) {
-                *looked = again;
-            }
-        });
-        tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
         beam = tried.iter().take(criteria::WIDTH).cloned().collect();
         all.extend(tried);
         let gained = before - best_rank(&all);
@@ -152,6 +122,49 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
         }
     }
     all
+}
+
+/// Hypotheses of which none was `seen` before, with the values of those parts at first, the best
+/// first.
+fn tried(
+    field: &Field<'_, '_>,
+    mut moves: Vec<(Hypothesis, &[Part])>,
+    seen: &mut HashSet<Key>,
+) -> Vec<ScoredHypothesis> {
+    moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
+    let look_at = |(hypothesis, known): (Hypothesis, &[Part])| {
+        let mut refined = field.excerpt.refined(&hypothesis, false, STEPS[0]);
+        // The frequency of a line is known as finely as the records are long.
+        if refined.added().iter().any(|b| b.entry.is_line()) {
+            refined = field.full.refined(&refined, false, STEPS[0]);
+        }
+        look(field.full, &refined, known)
+    };
+    let mut tried: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
+    tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    let best = tried.iter().take(SETTLED * criteria::WIDTH);
+    let mut moves: Vec<(Hypothesis, &[Part])> = best
+        .flat_map(|looked| {
+            let squared = with_squares(field, &looked.hypothesis);
+            squared.map(|hypothesis| (hypothesis, &*looked.parts))
+        })
+        .collect();
+    moves.retain(|(hypothesis, _)| seen.insert(hypothesis.key()));
+    let squared: Vec<ScoredHypothesis> = moves.into_par_iter().map(look_at).collect();
+    tried.extend(squared);
+    tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    let near = tried.first().map_or(0.0, |best| best.score.rank) + NEAR;
+    let most = SETTLED * criteria::WIDTH;
+    let rivals = tried.par_iter_mut().take(most);
+    rivals.filter(|l| l.score.rank < near).for_each(|looked| {
+        let refined = field.excerpt.refined(&looked.hypothesis, true, STEPS[1]);
+        let again = look(field.full, &refined, &looked.parts);
+        if order(&again) < order(looked) {
+            *looked = again;
+        }
+    });
+    tried.sort_by(|a, b| order(a).total_cmp(&order(b)));
+    tried
 }
 
 /// A hypothesis with the square of an input for each effect in it that follows the input alone: a
