@@ -429,6 +429,14 @@ mod tests {
         let both = vec![bound("dahl"), bound("bouc_wen")];
         close.all[2].added = both.leak();
         assert_eq!(close.good(&alike), [1, 2]);
+        // Nor does a law that another one beats in its place come in beside both together.
+        let pair: Vec<f64> = better.iter().map(|e| e - 0.01).collect();
+        let mut beaten = rivals(&[leak(&pair), leak(&law), leak(&better)]);
+        for (set, power) in beaten.all.iter_mut().zip([1e-6, 1e-5, 1e-6]) {
+            set.power = power;
+        }
+        beaten.all[0].added = vec![bound("dahl"), bound("bouc_wen")].leak();
+        assert_eq!(beaten.good(&alike), [0, 2]);
         // With nothing to be gained, nothing is added, and nothing else has a part.
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
         let none = rivals(&[leak(&base), leak(&same), leak(&same)]);

@@ -96,10 +96,12 @@ pub(crate) fn rank(field: &Field<'_, '_>, base: ScoredHypothesis) -> Vec<ScoredH
             }
         }
         let mut tried = tried(field, moves, &mut seen);
-        if step == 1 {
+        let sound = || all[1..].iter().filter(|looked| looked.sound);
+        let is_better =
+            |looked: &ScoredHypothesis| all[0].score.rank - looked.score.rank > criteria::PRICE;
+        if step == 1 && !sound().any(is_better) {
             // What does nothing by itself may do much beside what promises most there.
-            let sound = all[1..].par_iter().filter(|looked| looked.sound);
-            let beside = sound.flat_map_iter(|from| {
+            let beside = sound().flat_map(|from| {
                 let wider = added(field, &from.hypothesis, TRIED, None).into_iter();
                 wider.take(BESIDE).map(|h| (h, &*from.parts))
             });
