@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// a force: then so much less is explained at least.
 const ONE_CHANNEL: f64 = 0.1;
 /// A way back is at least this part of the way there: noise on a slow motion comes back as well.
-const WAY_BACK: f64 = 0.1;
+const WAY_BACK: f64 = 0.015;
 /// Of a column's energy, what has to be left in the blocks that a fold learns from.
 pub(crate) const LEARNT: f64 = 0.02;
 
