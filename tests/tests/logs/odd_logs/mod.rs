@@ -3,6 +3,7 @@
 //! study.toml, and gives the values that are true.
 
 mod drafts;
+mod named;
 
 use jointwatch::fit::identify;
 use jointwatch::study::Study;

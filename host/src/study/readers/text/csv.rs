@@ -7,7 +7,7 @@
 use super::cells::{Clock, Decimal, instant, number};
 use super::layout::{FURTHER, Layout, TOP, guess, is_comment};
 use super::ways::{Separator, split};
-use super::{across, blocks, decode, lines};
+use super::{across, blocks, decode, labelled, lines};
 use crate::study::log::{Column, NO_HEADING, Numbering, Request, Table, line_name};
 use crate::text::error::{Error, Result};
 use std::ops::Range;
@@ -22,12 +22,18 @@ pub(super) const PART: usize = 1 << 14;
 /// Reads the columns that the request needs.
 pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
     let decoded = decode(request, bytes)?;
-    let mut table = match across::upright(&decoded.text) {
-        Some(upright) => Table {
+    let mut table = if let Some(upright) = across::upright(&decoded.text) {
+        Table {
             numbering: Numbering::From(1 + request.rows.map_or(0, |[from, _]| from)),
             ..read_text(request, &upright)?
-        },
-        None => read_text(request, &decoded.text)?,
+        }
+    } else if let Some((names, bare)) = labelled::bared(&decoded.text) {
+        Table {
+            format: "text, the name before every number".into(),
+            ..read_named(request, &bare, Some(names))?
+        }
+    } else {
+        read_text(request, &decoded.text)?
     };
     table.format = format!("{} {}", decoded.encoding, table.format);
     Ok(table)
@@ -35,7 +41,13 @@ pub(crate) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
 
 /// The same for a text that is decoded already.
 pub(crate) fn read_text(request: &Request<'_>, text: &str) -> Result<Table> {
-    let layout = layout_of(request, &Sample::of(text))?;
+    read_named(request, text, None)
+}
+
+/// The same, of columns whose names stand elsewhere.
+fn read_named(request: &Request<'_>, text: &str, heading: Option<Vec<String>>) -> Result<Table> {
+    let mut layout = layout_of(request, &Sample::of(text))?;
+    layout.heading = heading.or(layout.heading);
     if layout.first_line.is_none() {
         return Err(no_row(request, &layout, text));
     }

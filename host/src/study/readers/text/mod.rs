@@ -5,6 +5,7 @@ mod blocks;
 mod cells;
 pub(super) mod csv;
 mod heading;
+mod labelled;
 mod layout;
 pub(super) mod long;
 mod ways;
