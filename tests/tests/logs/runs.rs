@@ -245,3 +245,36 @@ fn two_columns_that_may_be_a_driven_body_or_a_joint_are_asked_for() {
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("--column force="), "{said}");
 }
+
+/// Two tests of one motor in one file, of different length.
+#[test]
+fn tables_of_the_same_columns_in_one_document_are_records_of_their_own() {
+    let dir = TempDir::new().unwrap();
+    let table = |hz: f64, rows: u32| {
+        let rows: Vec<String> = (0..rows)
+            .map(|i| format!("[{}]", cells(row(i, hz))))
+            .collect();
+        rows.join(",")
+    };
+    let (fast, slow) = (table(2.0, 2000), table(1.3, 1500));
+    let text = format!("{{\"fast\": [{fast}], \"slow\": [{slow}], \"limits\": [[0, 1], [2, 3]]}}");
+    fs::write(dir.path().join("tests.json"), text).unwrap();
+    let roles = ["time=0", "displacement=1", "force=2"].map(|role| ["--column", role]);
+    let words = [&["init", "--yes", "tests.json"], roles.as_flattened()].concat();
+    let said = succeed(dir.path(), &words);
+    says(
+        &said,
+        &[
+            "the tables \"fast\", \"slow\" one below the other, without \"limits\" of other columns",
+            "tests.json holds 2 runs one below the other",
+        ],
+    );
+    let path = dir.path().join("study.toml");
+    let study = fs::read_to_string(&path).unwrap();
+    says(&study, &["rows = [0, 2000]", "rows = [2000, 3500]"]);
+    let stated = study.replace("\"1\"", "{ column = \"1\", unit = \"mm\" }");
+    fs::write(&path, stated).unwrap();
+    succeed(dir.path(), "identify study.toml --model physical -o m.json");
+    let model = read_json(dir.path().join("m.json"));
+    is_the_damper(["stiffness", "viscous"].map(|effect| value(&model, effect)));
+}

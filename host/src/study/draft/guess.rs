@@ -121,16 +121,12 @@ fn runs_of<'a>(surveys: &'a [Survey], findings: &mut Vec<String>) -> Cow<'a, [Su
             Some(own) => (own, "side by side"),
             None => (one_below_another(survey), "one below the other"),
         };
-        let anew = match (&survey.time, survey.blocks.is_empty()) {
-            (Some(_), false) => "starts its time",
-            _ => "names its columns",
-        };
         if own.is_empty() {
             runs.push(Cow::Borrowed(survey));
             continue;
         }
         findings.push(format!(
-            "{} {anew} {} times, so it is read as so many runs {place}",
+            "{} holds {} runs {place}, each of which is a record of its own",
             survey.file,
             own.len()
         ));

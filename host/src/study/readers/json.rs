@@ -1,5 +1,6 @@
 //! Reader of JSON logs: a matrix row by row, rows as objects, an object a line, or an object of
-//! columns; alone, under the key `data`, or under another one.
+//! columns; alone, under the key `data`, or under another one. Several tables with the same columns
+//! are runs, one below the other.
 //!
 //! The columns of a matrix are called 0, 1, … unless the `[[record]]` names them with `columns =
 //! […]`. Where a field is a vector its elements are `q[1]`, `q[2]`, …, and where it is an object
@@ -22,64 +23,86 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             ),
         )
     })?;
-    let Some(rows) = rows_in(&json) else {
+    let Some(runs) = runs_in(&json) else {
         return Err(request.error(
             "is JSON without a table of numbers; write the log as {\"data\": [[…], …]}, as a list of objects, or as an object of columns",
         ));
     };
-    if rows.count == 0 {
+    let total = runs.tables.iter().map(|run| run.count).sum();
+    if total == 0 {
         return Err(request
             .error("is empty: its data have no row; check that the logger finished writing it"));
     }
     let names = match request.columns {
         Some(columns) => columns.to_vec(),
-        None => rows.fields.iter().map(|f| f.name.clone()).collect(),
+        None => runs.names(),
     };
     request.locate(&names)?;
-    let range = request.range(rows.count)?;
+    let range = request.range(total)?;
     let mut columns: Vec<Column> = names
         .iter()
         .map(|name| Column {
             name: name.clone(),
             unit: None,
-            values: request.needs(name).then(|| vec![f64::NAN; rows.count]),
+            values: request.needs(name).then(|| vec![f64::NAN; total]),
         })
         .collect();
-    for row in range {
-        let row_name = format!("row {} (counted from 1)", row + 1);
-        let across = rows.across(row);
-        if across != names.len() {
-            return Err(request.error_in(
-                &row_name,
-                format!(
-                    "{across} numbers where there are {} columns; repair it or leave it out with rows = […]",
-                    names.len()
-                ),
-            ));
+    let mut starts = Vec::new();
+    let mut before = 0;
+    for run in &runs.tables {
+        starts.push(before);
+        let [from, to] = [range.start, range.end].map(|row| row.clamp(before, before + run.count));
+        for row in from..to {
+            read_row(request, (run, row - before), row, &mut columns)?;
         }
-        for (column, field) in columns.iter_mut().zip(&rows.fields) {
-            let Some(values) = &mut column.values else {
-                continue;
-            };
-            let cell = rows.cell(field, row);
-            match cell.and_then(number) {
-                Some(value) => values[row] = value,
-                None if request.wanted.is_none()
-                    || (request.sparse && cell.is_none_or(Value::is_null)) => {}
-                None => {
-                    return Err(request.error_at(
-                        &row_name,
-                        &column.name,
-                        format!(
-                            "{} is not a number; repair the log or leave the row out with rows = […]",
-                            cell.unwrap_or(&Value::Null)
-                        ),
-                    ));
-                }
+        before += run.count;
+    }
+    Ok(Table {
+        blocks: starts.split_off(1),
+        ..Table::whole(runs.format(), columns)
+    })
+}
+
+/// Reads a row of a run to a row of the columns.
+fn read_row(
+    request: &Request<'_>,
+    (run, own): (&Rows<'_>, usize),
+    row: usize,
+    columns: &mut [Column],
+) -> Result<()> {
+    let row_name = format!("row {} (counted from 1)", row + 1);
+    let across = run.across(own);
+    if across != columns.len() {
+        return Err(request.error_in(
+            &row_name,
+            format!(
+                "{across} numbers where there are {} columns; repair it or leave it out with rows = […]",
+                columns.len()
+            ),
+        ));
+    }
+    for (column, field) in columns.iter_mut().zip(&run.fields) {
+        let Some(values) = &mut column.values else {
+            continue;
+        };
+        let cell = run.cell(field, own);
+        match cell.and_then(number) {
+            Some(value) => values[row] = value,
+            None if request.wanted.is_none()
+                || (request.sparse && cell.is_none_or(Value::is_null)) => {}
+            None => {
+                return Err(request.error_at(
+                    &row_name,
+                    &column.name,
+                    format!(
+                        "{} is not a number; repair the log or leave the row out with rows = […]",
+                        cell.unwrap_or(&Value::Null)
+                    ),
+                ));
             }
         }
     }
-    Ok(Table::whole("JSON", columns))
+    Ok(())
 }
 
 /// One document; of several, as where every line is one, the list of them.
@@ -95,7 +118,7 @@ fn document(bytes: &[u8]) -> serde_json::Result<Value> {
 
 /// Whether the bytes of a file hold a log: not so a model file, which says what it is.
 pub(super) fn holds_a_log(bytes: &[u8]) -> bool {
-    document(bytes).is_ok_and(|json| json.get("format").is_none() && rows_in(&json).is_some())
+    document(bytes).is_ok_and(|json| json.get("format").is_none() && runs_in(&json).is_some())
 }
 
 /// A switch is 0 or 1.
@@ -106,6 +129,8 @@ fn number(cell: &Value) -> Option<f64> {
 
 /// A table of numbers in a document.
 struct Rows<'a> {
+    /// The key that it stands under; nothing for a document that is the table.
+    key: &'a str,
     holder: Holder<'a>,
     count: usize,
     fields: Vec<Field<'a>>,
@@ -173,39 +198,97 @@ impl<'a> Field<'a> {
     }
 }
 
-/// The largest table of a document; that under `data` where there is one.
-fn rows_in(json: &Value) -> Option<Rows<'_>> {
+/// The tables of a document that are read, and the keys of those that are not.
+struct Runs<'a> {
+    tables: Vec<Rows<'a>>,
+    left: Vec<&'a str>,
+}
+
+impl Runs<'_> {
+    fn names(&self) -> Vec<String> {
+        let first = self.tables.first();
+        first.map_or_else(Vec::new, Rows::names)
+    }
+
+    /// The format in words, with the tables that the file holds where it holds several.
+    fn format(&self) -> String {
+        let quoted = |keys: &[&str]| {
+            let keys: Vec<String> = keys.iter().map(|key| format!("{key:?}")).collect();
+            keys.join(", ")
+        };
+        let read: Vec<&str> = self.tables.iter().map(|table| table.key).collect();
+        let tables = match read.as_slice() {
+            [_] if self.left.is_empty() => String::new(),
+            [key] => format!(", its table {key:?}"),
+            [first, others @ ..] if others.contains(first) => {
+                format!(", {} tables one below the other", read.len())
+            }
+            keys => format!(", the tables {} one below the other", quoted(keys)),
+        };
+        let left = match self.left.is_empty() {
+            true => String::new(),
+            false => format!(", without {} of other columns", quoted(&self.left)),
+        };
+        format!("JSON{tables}{left}")
+    }
+}
+
+/// The largest table of a document, or that under `data` where there is one, and those that have
+/// the same columns.
+fn runs_in(json: &Value) -> Option<Runs<'_>> {
+    let tables = tables_in(json, "");
+    let largest = tables.iter().max_by_key(|table| table.count)?.names();
+    let (tables, others): (Vec<_>, Vec<_>) =
+        (tables.into_iter()).partition(|table| table.names() == largest);
+    let left = others.iter().filter(|table| table.count > 0);
+    Some(Runs {
+        tables,
+        left: left.map(|table| table.key).collect(),
+    })
+}
+
+/// The tables of what stands under a key.
+fn tables_in<'a>(json: &'a Value, key: &'a str) -> Vec<Rows<'a>> {
     match json {
         Value::Array(rows) if rows.iter().all(|r| r.is_array() || r.is_object()) => {
-            // A list of one run, whose signals stand in it.
-            if let [run @ Value::Object(_)] = rows.as_slice()
-                && let Some(inner) = rows_in(run)
-            {
-                return Some(inner);
+            // A list of runs, whose signals stand in each; of one run, whatever their length.
+            let runs: Vec<Rows<'_>> = match rows.iter().all(Value::is_object) {
+                true => rows.iter().flat_map(|run| tables_in(run, key)).collect(),
+                false => Vec::new(),
+            };
+            let long = MAX_ELEMENTS.max(rows.len());
+            if runs.iter().any(|run| rows.len() == 1 || run.count > long) {
+                return runs;
             }
             let first = rows.first();
             let fields = first.map_or_else(Vec::new, |first| Field::default().all(first));
             let is_table = first.is_none_or(Value::is_array) || !fields.is_empty();
-            is_table.then_some(Rows {
+            let table = is_table.then_some(Rows {
+                key,
                 holder: Holder::List(rows),
                 count: rows.len(),
                 fields,
-            })
+            });
+            table.into_iter().collect()
         }
         Value::Object(map) => {
             if let Some(data) = map.get("data") {
-                return rows_in(data);
+                return tables_in(data, key);
             }
-            let own = columns_of(map);
-            let inner = map.values().filter_map(rows_in);
-            inner.chain(own).max_by_key(|rows| rows.count)
+            let own = columns_of(map, key);
+            let is_own = |key: &str| own.as_ref().is_some_and(|own| own.holds(key));
+            let others = map.iter().filter(|(key, _)| !is_own(key));
+            let inner = others.flat_map(|(key, value)| tables_in(value, key));
+            let inner: Vec<Rows<'_>> = inner.collect();
+            inner.into_iter().chain(own).collect()
         }
-        _ => None,
+        _ => Vec::new(),
     }
 }
 
-/// The longest signals of an object, of numbers or of vectors, where there is more than one.
-fn columns_of(map: &Map<String, Value>) -> Option<Rows<'_>> {
+/// The longest signals of an object, of numbers or of vectors, where there is more than one; a
+/// matrix alone is a table.
+fn columns_of<'a>(map: &'a Map<String, Value>, key: &'a str) -> Option<Rows<'a>> {
     let lists = map
         .iter()
         .filter_map(|(key, v)| Some((key, v.as_array()?)))
@@ -222,19 +305,28 @@ fn columns_of(map: &Map<String, Value>) -> Option<Rows<'_>> {
         found.push((list.len(), fields));
     }
     let count = found.iter().map(|(count, _)| *count).max()?;
-    let fields: Vec<_> = found
-        .into_iter()
-        .filter(|(length, _)| *length == count)
-        .flat_map(|(_, fields)| fields)
-        .collect();
-    (fields.len() > 1).then_some(Rows {
+    found.retain(|(length, _)| *length == count);
+    let signals = found.len();
+    let fields = found.into_iter().flat_map(|(_, fields)| fields);
+    (signals > 1).then_some(Rows {
+        key,
         holder: Holder::Columns(map),
         count,
-        fields,
+        fields: fields.collect(),
     })
 }
 
 impl<'a> Rows<'a> {
+    fn names(&self) -> Vec<String> {
+        self.fields.iter().map(|field| field.name.clone()).collect()
+    }
+
+    /// Whether it is made of what stands under a key.
+    fn holds(&self, key: &str) -> bool {
+        let is_below = |field: &Field<'_>| matches!(field.path[0], Step::Key(own) if own == key);
+        self.fields.iter().any(is_below)
+    }
+
     /// How many cells a row has; where they have names every row has all, some of them empty.
     fn across(&self, row: usize) -> usize {
         match &self.holder {
@@ -315,6 +407,12 @@ mod tests {
             seen(by_name),
             "F [7.0, 8.0, 9.0]; q[1] [1.0, 3.0, 5.0]; q[2] [2.0, 4.0, 6.0]"
         );
+        let runs = r#"{"a": [[1, 2], [3, 4]], "b": [[5, 6]], "limits": [[7]], "c": []}"#;
+        assert_eq!(seen(runs), "0 [1.0, 3.0, 5.0]; 1 [2.0, 4.0, 6.0]");
+        let numbers: Vec<u32> = (0..70).collect();
+        let run = format!("{{\"id\": 3, \"t\": {numbers:?}, \"x\": {numbers:?}}}");
+        let list = seen(&format!("[{run}, {run}]"));
+        assert_eq!(list.matches("69.0").count(), 4, "{list}");
         assert!(seen("{\"x\": 1}\n{\"x\": }").contains("row 2 (line of the file)"));
         assert!(seen("{\"mass\": 7}").contains("without a table"));
         assert!(seen("[[1, 2], [3]]").contains("row 2 (counted from 1)"));
