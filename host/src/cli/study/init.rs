@@ -136,13 +136,22 @@ impl Init {
                 "--inertia {value}: an inertia is a number above 0, or 0 where the force is the joint's own"
             )));
         }
-        let timeless = ("time".to_owned(), "none".to_owned());
-        if self.rate.is_some() && self.columns.contains(&timeless) {
-            return Err(Error::usage(
-                "--rate and --column time=none contradict each other; leave one of them out",
-            ));
+        let said = |role: &str| self.columns.iter().find(|(own, _)| own == role);
+        let named = |role| said(role).map(|(role, column)| format!("--column {role}={column}"));
+        let time = named("time");
+        // Without time only the path counts.
+        let timeless = time.clone().filter(|time| time.ends_with("=none"));
+        let pairs = [
+            (self.rate.map(|rate| format!("--rate {rate}")), time),
+            (named("velocity"), timeless.clone()),
+            (named("acceleration"), timeless),
+        ];
+        match pairs.into_iter().find_map(|(a, b)| a.zip(b)) {
+            None => Ok(()),
+            Some((a, b)) => Err(Error::usage(format!(
+                "{a} and {b} contradict each other; leave one of them out"
+            ))),
         }
-        Ok(())
     }
 
     fn report(&self, console: &Console, draft: &Draft, study: &Study) -> Result<()> {

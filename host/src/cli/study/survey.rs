@@ -29,6 +29,8 @@ pub(super) fn in_words(survey: &Survey, plots: bool) -> String {
             }
             match time.gaps {
                 [0, _] => {}
+                [1, _] => text.push_str(", one sample missing"),
+                [missing, 1] => text.push_str(&format!(", {missing} samples missing in one place")),
                 [missing, places] => {
                     text.push_str(&format!(", {missing} samples missing in {places} places"))
                 }

@@ -3,10 +3,16 @@
 
 use crate::study::survey::{Survey, SurveyedTime};
 use crate::study::time::Grid;
+use crate::study::time::pieces::{MIN_ROWS, density};
+use crate::text::error::{Error, Result};
+use crate::text::table::short;
 
 /// Rows were taken evenly where the channel that goes on most smoothly does so this many times more
 /// smoothly from row to row than from time to time.
 const SMOOTHER: f64 = 2.0;
+
+/// Most of the time.
+const MOST: f64 = 0.5;
 
 /// The rate of the rows, Hz, where the times of every log are only those at which rows arrived.
 pub(super) fn rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
@@ -17,6 +23,29 @@ pub(super) fn rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
         rates.push(Grid::of(&seconds)?.rate_hz);
     }
     Some(rates.iter().sum::<f64>() / rates.len() as f64)
+}
+
+/// Refuses a log whose rows come in bursts too short for a record, with most of the time between
+/// them.
+pub(super) fn check(survey: &Survey, time: &SurveyedTime) -> Result<()> {
+    let seconds = time.seconds(survey).unwrap_or_default();
+    let Some(density) = density(&seconds) else {
+        return Ok(());
+    };
+    let steps = seconds.windows(2).map(|w| w[1] - w[0]);
+    let between: Vec<f64> = steps.filter(|step| *step > density.gap_s).collect();
+    let lasts_s = seconds.last().unwrap_or(&0.0) - seconds[0];
+    let bursts = between.len() + 1;
+    if between.iter().sum::<f64>() < MOST * lasts_s || seconds.len() >= bursts * MIN_ROWS {
+        return Ok(());
+    }
+    Err(Error::data(format!(
+        "{}: the rows come in bursts, {} a second by {:?}, and of the time between them nothing is known; log every sample with the time at \
+         which it was taken or, if the rows were taken evenly, state their rate with --rate HZ instead of the time",
+        survey.file,
+        short(bursts as f64 / lasts_s),
+        time.column
+    )))
 }
 
 /// Whether a log goes on more smoothly from row to row than from time to time.

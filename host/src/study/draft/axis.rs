@@ -1,7 +1,8 @@
 //! The axes of a draft: which columns belong together, and which way round the equation of motion
 //! stands.
 
-use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever, names};
+use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever};
+use super::refused::{check_said, nothing_to_draft};
 use super::stand_in::{is_current, stand_in};
 use super::trial::{BETTER, Parts, Trial, trials};
 use super::velocity::{of_a_count, size_of_a_count, velocity_of};
@@ -53,81 +54,6 @@ pub(super) fn axes(
         }
     }
     Ok(axes)
-}
-
-/// Refuses columns that the user named twice, or that are not there.
-pub(super) fn check_said(survey: &Survey, said: &UserChoices) -> Result<()> {
-    for (place, (role, column)) in said.columns.iter().enumerate() {
-        let before = &said.columns[..place];
-        if before.iter().any(|(other, _)| other == role) {
-            return Err(Error::usage(format!(
-                "--column {role}= was given twice; give it once, and write a list of columns into study.toml where several make the {role}"
-            )));
-        }
-        if let Some((other, _)) = before.iter().find(|(_, c)| c == column) {
-            return Err(Error::usage(format!(
-                "the column {column:?} cannot be the {other} and the {role}; give each a column of its own"
-            )));
-        }
-        let none = match role.as_str() {
-            "time" => said.is_timeless(survey),
-            "force" => said.is_free(survey),
-            _ => false,
-        };
-        if survey.column(column).is_none() && !none {
-            return Err(Error::usage(format!(
-                "{} has no column {column:?}; --column {role}= needs one of {}",
-                survey.file,
-                names(survey)
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// Says which part of an axis is missing, and why where a column would be it.
-pub(super) fn nothing_to_draft(survey: &Survey, time: Option<&str>, said: &UserChoices) -> Error {
-    let parts = Parts::of(survey, time, AxisKind::Translation, said, &[]);
-    let no_force = parts.force.is_empty() && !said.is_free(survey);
-    let (missing, quantity): (_, fn(AxisKind) -> Quantity) = match no_force {
-        true => ("force", Quantity::Force),
-        false => ("displacement", Quantity::Displacement),
-    };
-    let either = [AxisKind::Translation, AxisKind::Rotation].map(quantity);
-    let named = survey
-        .columns
-        .iter()
-        .filter(|c| either.iter().any(|q| c.named.score(*q) > 0));
-    if let Some(column) = named.clone().find(|c| c.missing > 0) {
-        let row = column.values.iter().position(|v| !v.is_finite());
-        return Error::data(format!(
-            "{}: column {:?} would be the {missing}, but {} of its rows hold no number, the first of them row {}; repair the log, or leave \
-             these rows out",
-            survey.file,
-            column.name,
-            column.missing,
-            row.unwrap_or(0)
-        ));
-    }
-    if let Some(column) = named.clone().find(|c| c.rms == 0.0) {
-        return Error::data(format!(
-            "{}: column {:?} would be the {missing}, but all of its rows hold the same number; check the channel, or name another one with \
-             --column {missing}=COLUMN",
-            survey.file, column.name
-        ));
-    }
-    let instead = match missing {
-        "force" => {
-            "; the current of a motor may stand for it, or in study.toml a list of pressures, each with the piston's area as its scale; \
-             --column force=0 where none is applied, as in a free decay or on a shaken base"
-        }
-        _ => "",
-    };
-    Error::data(format!(
-        "{}: no column can be told to be the {missing}; name it with --column {missing}=COLUMN, of {}{instead}",
-        survey.file,
-        names(survey)
-    ))
 }
 
 /// Translation first, unless a column that the user named turns, or the only position is an angle:

@@ -1,9 +1,10 @@
 //! The axis of a log in which nothing is applied, as in a free decay or on a shaken base.
 
-use super::axis::{channel, check_said, kinds, name_of, nothing_to_draft};
+use super::axis::{channel, kinds, name_of};
 use super::decay::free_decays;
 use super::nameless;
 use super::parts::{DraftAxis, Log, UserChoices, factor};
+use super::refused::{check_said, nothing_to_draft};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use super::velocity::velocity_of;
 use crate::study::channels::units::Quantity;

@@ -45,7 +45,7 @@ pub fn draft(surveys: &[Survey], said: &UserChoices) -> Result<Draft> {
     findings.extend(
         time.as_ref()
             .into_iter()
-            .flat_map(|time| of_time(first, time)),
+            .flat_map(|time| of_time(first, time, said)),
     );
     let time = time.filter(|_| said.sample_rate_hz.is_none());
     let is_driven = !said.is_free(first);
@@ -54,7 +54,7 @@ pub fn draft(surveys: &[Survey], said: &UserChoices) -> Result<Draft> {
     let slowest_hz = of_channels.as_ref().map(|(_, rate)| *rate);
     let (time, resample_hz, row_rate) = match time {
         None => (None, None, None),
-        Some(time) => evenly(surveys, time, slowest_hz, &mut findings),
+        Some(time) => evenly(surveys, time, slowest_hz, &mut findings)?,
     };
     let sample_rate_hz = row_rate.or(slowest_hz).unwrap_or(sample_rate_hz);
     let rate_of = |survey| match slowest_hz {
@@ -94,9 +94,10 @@ pub fn draft(surveys: &[Survey], said: &UserChoices) -> Result<Draft> {
 }
 
 /// What was guessed of the time.
-fn of_time(first: &Survey, time: &SurveyedTime) -> Vec<String> {
+fn of_time(first: &Survey, time: &SurveyedTime, said: &UserChoices) -> Vec<String> {
     let named = first.column(&time.column).map(|c| c.named.time);
-    let rises = (named == Some(0)).then(|| {
+    let is_guess = named == Some(0) && said.column("time").is_none();
+    let rises = is_guess.then(|| {
         format!(
             "column {:?} rises evenly, so it is taken for the time",
             time.column
@@ -223,22 +224,25 @@ fn resample_rate(surveys: &[Survey], time: &SurveyedTime) -> Option<f64> {
 /// How the channels come to an even rate, Hz: the time, to which rate they are interpolated, or at
 /// which rate rows were taken whose times are only those at which they arrived. `slowest_hz` is the
 /// rate of the slowest of channels with times of their own.
+///
+/// # Errors
+/// Rows that come in bursts too short for a record.
 fn evenly(
     surveys: &[Survey],
     time: SurveyedTime,
     slowest_hz: Option<f64>,
     findings: &mut Vec<String>,
-) -> (Option<SurveyedTime>, Option<f64>, Option<f64>) {
+) -> Result<(Option<SurveyedTime>, Option<f64>, Option<f64>)> {
     if let Some(slowest_hz) = slowest_hz {
         let rate = round_rate(slowest_hz, NEAR_RATE);
         findings.push(format!(
             "channels have times of their own, with empty cells in the rows of others, so all of them are interpolated to {rate} Hz, the \
              rate of the slowest"
         ));
-        return (Some(time), Some(rate), None);
+        return Ok((Some(time), Some(rate), None));
     }
     let Some(resample_hz) = resample_rate(surveys, &time) else {
-        return (Some(time), None, None);
+        return Ok((Some(time), None, None));
     };
     if let Some(rate) = arrival::rate(surveys, &time) {
         let rate = round_rate(rate, NEAR_RATE);
@@ -247,13 +251,16 @@ fn evenly(
              so the rows are taken as even, at {rate} Hz",
             time.column
         ));
-        return (None, None, Some(rate));
+        return Ok((None, None, Some(rate)));
     }
+    surveys
+        .iter()
+        .try_for_each(|survey| arrival::check(survey, &time))?;
     findings.push(format!(
         "the times in {:?} are not even, or not the same in all logs, so all channels are interpolated to {resample_hz} Hz",
         time.column
     ));
-    (Some(time), Some(resample_hz), None)
+    Ok((Some(time), Some(resample_hz), None))
 }
 
 fn time_of(surveys: &[Survey], said: &UserChoices) -> Result<Option<SurveyedTime>> {

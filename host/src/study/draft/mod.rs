@@ -14,6 +14,7 @@ mod nameless;
 mod pairs;
 mod parts;
 mod records;
+mod refused;
 mod runs;
 mod sparse;
 mod stand_in;

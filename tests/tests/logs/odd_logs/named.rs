@@ -36,3 +36,40 @@ fn names_before_every_number_are_the_heading() {
     let said = refused(&folder, &["inspect", "run.txt"], 3);
     assert!(said.contains("row 6002 (line of the file)"), "{said}");
 }
+
+#[test]
+fn a_log_in_which_nothing_moves_and_contradictions_are_refused() {
+    let folder = TempDir::new().unwrap();
+    let log = text("row,t,F", |t| [(500.0 * t).round(), t, motion(t)[0]]);
+    fs::write(folder.path().join("force.csv"), log).unwrap();
+    let log = text("t,p1,p2", |t| [t, motion(t)[0], motion(t)[1]]);
+    fs::write(folder.path().join("other.csv"), log).unwrap();
+    let column = "--column";
+    for (words, code, part) in [
+        (&["force.csv"][..], 3, "nothing that moves was logged"),
+        (
+            &["force.csv", column, "force=F"],
+            3,
+            "nothing that moves was logged",
+        ),
+        (&["other.csv"], 3, "--column force=COLUMN, of p1, p2;"),
+        (
+            &["other.csv", column, "force=p1"],
+            3,
+            "--column displacement=COLUMN, of p2",
+        ),
+        (
+            &["other.csv", "--rate", "8", column, "time=t"],
+            2,
+            "--rate 8 and --column time=t contradict each other",
+        ),
+        (
+            &["other.csv", column, "time=none", column, "velocity=p2"],
+            2,
+            "--column velocity=p2 and --column time=none contradict each other",
+        ),
+    ] {
+        let said = refused(&folder, &[&["init", "--yes"], words].concat(), code);
+        assert!(said.contains(part), "{words:?}: {said}");
+    }
+}
