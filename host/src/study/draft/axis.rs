@@ -4,6 +4,7 @@
 use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever};
 use super::refused::{check_said, nothing_to_draft};
 use super::stand_in::{is_current, stand_in};
+use super::stated::{ACCELERATION, VELOCITY, contradiction, keep_integrals};
 use super::trial::{BETTER, Parts, Trial, trials};
 use super::velocity::{of_a_count, size_of_a_count, velocity_of};
 use crate::study::channels::units::{Quantity, is_bare};
@@ -27,6 +28,7 @@ pub(super) fn axes(
             continue;
         }
         parts.keep_common(logs, said)?;
+        findings.extend(keep_integrals(logs, &mut parts, kind, said));
         axes.push(best_axis(logs, &parts, kind, said, findings)?);
         // Names that the user gave are those of one axis.
         if !said.columns.is_empty() {
@@ -334,6 +336,16 @@ fn axis_of(
         displacement.iter_mut().for_each(|c| c.scale = size);
         findings.push(of_a_count(chosen.first, size, velocity, kind));
     }
+    let body = (chosen.second.unwrap_or(chosen.first), None);
+    let derivatives = [
+        (VELOCITY, (chosen.first, chosen.second)),
+        (ACCELERATION, body),
+    ];
+    findings.extend(
+        derivatives
+            .into_iter()
+            .filter_map(|(role, pair)| contradiction(&logs[0], role, pair, (kind, parts), said)),
+    );
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
     let timeless = said.is_timeless(logs[0].survey);
@@ -381,7 +393,8 @@ fn axis_of(
         integrate_above_hz: parts.above_hz(),
         velocity,
         body_position,
-        acceleration: acceleration.filter(|_| inertial || said.inertia.is_some()),
+        acceleration: acceleration
+            .filter(|_| inertial || said.inertia.is_some() || parts.names_acceleration),
         force: Some(force_channel),
         inertia: said.inertia.or((!inertial).then_some(0.0)),
         inertia_seen: inertial.then_some(inertia),

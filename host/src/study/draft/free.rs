@@ -5,6 +5,7 @@ use super::decay::free_decays;
 use super::nameless;
 use super::parts::{DraftAxis, Log, UserChoices, factor};
 use super::refused::{check_said, nothing_to_draft};
+use super::stated::{VELOCITY, contradiction, keep_integrals};
 use super::trial::{BETTER, DERIVATIVE, FAR, Parts, accelerometer, relative};
 use super::velocity::velocity_of;
 use crate::study::channels::units::Quantity;
@@ -43,6 +44,7 @@ pub(super) fn free_axis(
         return Err(nothing_to_draft(logs[0].survey, time, said));
     };
     parts.keep_common(logs, said)?;
+    findings.extend(keep_integrals(logs, &mut parts, kind, said));
     let swings = swings(logs, &parts, kind, said);
     let Some(swing) = chosen(&swings) else {
         return Err(nothing_to_draft(logs[0].survey, time, said));
@@ -263,6 +265,8 @@ fn axis_of(
     let turned = || relative(log, swing.body, None, (kind, parts));
     let weighs = kind == AxisKind::Rotation && turned().is_some_and(goes_far);
     findings.extend(shaken(swing));
+    let pair = (first, second);
+    findings.extend(contradiction(log, VELOCITY, pair, (kind, parts), said));
     if said.inertia.is_none() {
         findings.push(
             "nothing is applied, so every force is one per unit of inertia until you write the inertia in the place of 1".into(),

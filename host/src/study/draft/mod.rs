@@ -18,6 +18,7 @@ mod refused;
 mod runs;
 mod sparse;
 mod stand_in;
+mod stated;
 mod trial;
 mod velocity;
 mod write;

@@ -41,6 +41,8 @@ pub(super) struct Parts<'a> {
     above_hz: f64,
     /// Whether the rows count no time.
     timeless: bool,
+    /// Whether the user named the column of the acceleration.
+    pub(super) names_acceleration: bool,
 }
 
 impl<'a> Parts<'a> {
@@ -127,6 +129,7 @@ impl<'a> Parts<'a> {
             derivative,
             above_hz: 0.0,
             timeless,
+            names_acceleration: said.column("acceleration").is_some(),
             displacement,
             velocity,
             acceleration,
@@ -350,7 +353,8 @@ fn trial<'a>(
     let kinds = (kind, parts);
     let position = relative(&logs[0], body, None, kinds)?;
     let best = accelerometer(&logs[0], &position, parts);
-    let best = best.filter(|(_, l)| second.is_none() || l.correlation.abs() > DERIVATIVE);
+    let is_taken = second.is_none() || parts.names_acceleration;
+    let best = best.filter(|(_, l)| is_taken || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     // By a spring, and where it turns by the weight of a body, each alone and beside dry friction.
     // What is turned by hand, step by step, is a spring sooner than a pendulum.

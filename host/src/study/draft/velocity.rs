@@ -2,6 +2,7 @@
 //! of an encoder is worth by it.
 
 use super::parts::{Log, UserChoices, factor};
+use super::stated::{VELOCITY, agrees};
 use super::trial::{DERIVATIVE, Parts, Trial, relative};
 use crate::study::AxisKind;
 use crate::study::channels::units::Quantity;
@@ -44,36 +45,22 @@ pub(super) fn of_a_count(
     )
 }
 
-/// The velocity of an axis: that which is integrated, or a logged one that goes with the
-/// displacement, where the log counts the time.
+/// The velocity of an axis: that which is integrated, the one that the user named, or a logged one
+/// that goes with the displacement, where the log counts the time.
 pub(super) fn velocity_of<'a>(
     log: &Log<'_>,
     parts: &Parts<'a>,
-    pair: (&'a SurveyedColumn, Option<&SurveyedColumn>),
+    (first, second): (&'a SurveyedColumn, Option<&SurveyedColumn>),
     kind: AxisKind,
     said: &UserChoices,
 ) -> Option<&'a SurveyedColumn> {
     if parts.are_velocities() {
-        return Some(pair.0);
+        return Some(first);
     }
     let mut logged = parts.velocity.iter().copied();
-    logged.find(|v| !said.is_timeless(log.survey) && agrees(log, v, pair, (kind, parts)))
-}
-
-/// Whether a logged velocity is the derivative of the relative displacement, within a tenth.
-fn agrees(
-    log: &Log<'_>,
-    velocity: &SurveyedColumn,
-    (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),
-    (kind, parts): (AxisKind, &Parts<'_>),
-) -> bool {
-    let (Some(values), Some(x)) = (
-        log.values(&velocity.name),
-        relative(log, first, second, (kind, parts)),
-    ) else {
-        return false;
-    };
-    let found = derivative_likeness(values, &x, 1, log.rate_hz);
-    let gain = found.gain * factor(velocity, Quantity::Velocity(kind));
-    found.correlation > DERIVATIVE && (0.9..1.1).contains(&gain)
+    if said.column(VELOCITY.0).is_some() {
+        return logged.next();
+    }
+    let x = relative(log, first, second, (kind, parts))?;
+    logged.find(|v| !said.is_timeless(log.survey) && agrees(log, v, &x, (VELOCITY.1, kind)))
 }

@@ -1,7 +1,7 @@
 //! What the user names stays what it was named, and what names and levels of columns say of them.
 
 use super::{assert_near, init, motion, refused, text, values};
-use jointwatch_tests::program::says;
+use jointwatch_tests::program::{says, succeed};
 use std::fs;
 use tempfile::TempDir;
 
@@ -72,4 +72,48 @@ fn a_log_in_which_nothing_moves_and_contradictions_are_refused() {
         let said = refused(&folder, &[&["init", "--yes"], words].concat(), code);
         assert!(said.contains(part), "{words:?}: {said}");
     }
+}
+
+#[test]
+fn a_column_that_was_named_stays_and_is_held_against_the_displacement() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,x,F,late,own,other", |t| {
+        let [x, v, a] = motion(t);
+        let [_, late, jerky] = motion(t - 0.3);
+        [t, x, 40.0 * x + 3.0 * v + 0.1 * a, 0.5 * late, v, jerky]
+    });
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    let column = |role: &str| ["--column".to_owned(), role.to_owned()];
+    let drafted = |roles: &[&str]| {
+        let _ = fs::remove_file(folder.path().join("study.toml"));
+        let roles: Vec<String> = roles.iter().flat_map(|role| column(role)).collect();
+        let mut words = vec!["init", "--yes", "run.csv"];
+        words.extend(roles.iter().map(String::as_str));
+        let said = succeed(folder.path(), &words);
+        let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+        (said, study)
+    };
+    let (said, study) = drafted(&["displacement=x", "velocity=late", "acceleration=other"]);
+    says(&study, &["velocity = \"late\"", "acceleration = \"other\""]);
+    says(
+        &said,
+        &[
+            "column \"late\" stays the velocity, as you named it",
+            "column \"other\" stays the acceleration, as you named it",
+        ],
+    );
+    let (said, study) = drafted(&["velocity=own"]);
+    assert!(study.contains("velocity = \"own\""), "{study}");
+    assert!(!said.contains("as you named it"), "{said}");
+    // What was guessed yields to it.
+    let (said, study) = drafted(&["velocity=late"]);
+    assert!(study.contains("# displacement = …"), "{study}");
+    assert!(
+        said.contains("is no derivative of \"x\", so it is integrated"),
+        "{said}"
+    );
+    // Nor is it dropped where nothing is applied.
+    let (said, study) = drafted(&["force=0", "displacement=x", "velocity=late"]);
+    assert!(study.contains("velocity = \"late\""), "{study}");
+    assert!(said.contains("as you named it"), "{said}");
 }
