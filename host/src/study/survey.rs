@@ -18,6 +18,10 @@ use std::path::Path;
 const A_MOMENT_S: f64 = 0.5;
 /// No log of a joint has a longer step, s, where its unit of time is to be told.
 const LONG_STEP_S: f64 = 0.2;
+/// Levels of a command or a switch.
+const FEW_LEVELS: usize = 8;
+/// Values nearer to each other than this part of their RMS are one level.
+const LEVEL: f64 = 0.05;
 /// Rows of a long log that are looked at.
 const BEGINNING: usize = 1 << 18;
 
@@ -60,6 +64,20 @@ impl SurveyedColumn {
         self.values.windows(2).any(|w| w[1] < w[0])
     }
 
+    /// Whether it takes as many values as a measurement does. What takes fewer, but for its noise,
+    /// is what something was told to do, or a switch.
+    pub(crate) fn is_measured(&self) -> bool {
+        let mut levels: Vec<f64> = Vec::new();
+        let mut numbers = self.values.iter().filter(|value| value.is_finite());
+        numbers.any(|value| {
+            let is_new = |level: &f64| (value - level).abs() > LEVEL * self.rms;
+            if levels.iter().all(is_new) {
+                levels.push(*value);
+            }
+            levels.len() > FEW_LEVELS
+        })
+    }
+
     /// The column as it is in some rows.
     fn in_rows(&self, rows: Range<usize>) -> Self {
         let [from, to] = [rows.start, rows.end].map(|row| row.min(self.values.len()));
@@ -70,7 +88,9 @@ impl SurveyedColumn {
     fn holding(&self, values: Vec<f64>) -> Self {
         Self {
             sign_bit: self.sign_bit,
-            ..surveyed(self.name.clone(), self.unit.clone(), values)
+            named: self.named.clone(),
+            unit: self.unit.clone(),
+            ..surveyed(self.name.clone(), None, values)
         }
     }
 }
@@ -161,10 +181,18 @@ impl Survey {
         };
         let heading = table.columns.iter().map(|c| c.name.clone()).collect();
         table.columns.retain(|c| !c.name.is_empty());
+        let names: Vec<String> = table.columns.iter().map(|c| c.name.clone()).collect();
         let columns: Vec<SurveyedColumn> = table
             .columns
             .into_iter()
-            .map(|c| surveyed(c.name, c.unit, c.values.unwrap_or_default()))
+            .map(|c| match naming::variant(&c.name, &names) {
+                Some(named) if c.unit.is_none() => SurveyedColumn {
+                    named,
+                    unit: None,
+                    ..surveyed(c.name, None, c.values.unwrap_or_default())
+                },
+                _ => surveyed(c.name, c.unit, c.values.unwrap_or_default()),
+            })
             .collect();
         table.notes.extend(columns.iter().filter_map(|column| {
             let bit = column.sign_bit?;
@@ -439,4 +467,19 @@ fn usual_unit(column: &SurveyedColumn) -> f64 {
 /// Whether a column holds whole numbers alone.
 fn is_whole(column: &SurveyedColumn) -> bool {
     column.values.iter().all(|v| v.fract() == 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_takes_few_values_but_for_its_noise_is_a_command() {
+        let column = |of: fn(f64) -> f64| {
+            let values = (0..2000).map(|row| of(0.0125 * f64::from(row)));
+            surveyed("u".into(), None, values.collect())
+        };
+        assert!(column(f64::sin).is_measured());
+        assert!(!column(|t| 5.0 * t.sin().signum() + 0.01 * (77.0 * t).sin()).is_measured());
+    }
 }

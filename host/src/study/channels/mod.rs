@@ -9,3 +9,4 @@ pub(super) mod spare;
 mod symbols;
 pub(super) mod turns;
 pub(super) mod units;
+mod words;

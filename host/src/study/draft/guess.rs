@@ -7,7 +7,7 @@ use super::runs::{one_below_another, side_by_side};
 use super::{arrival, axis, sparse};
 use crate::study::channels::units::unit_of_time;
 use crate::study::quasi_static::ROWS_PER_SECOND;
-use crate::study::survey::{self, Survey, SurveyedTime};
+use crate::study::survey::{self, Survey, SurveyedColumn, SurveyedTime};
 use crate::study::time::pieces::{MIN_ROWS, TOO_FINE, density};
 use crate::study::time::sampling::are_even;
 use crate::study::time::{RATE_TOLERANCE, round_rate};
@@ -183,7 +183,8 @@ fn no_time(first: &Survey) -> Error {
     ))
 }
 
-/// The columns that change, in a log or from one to another, and that nothing was found for.
+/// The columns that change, in a log or from one to another, and that nothing was found for; those
+/// that are inputs likeliest first.
 fn unused(
     surveys: &[Survey],
     time: Option<&SurveyedTime>,
@@ -200,7 +201,12 @@ fn unused(
         let changes = everywhere().any(|c| c.range != [column.range[0]; 2]);
         !is_time && !is_used && whole && changes
     });
-    all.map(|c| (c.name.clone(), c.unit.clone())).collect()
+    // What measures no motion and no force, or is switched, drives or heats the joint sooner than a
+    // further sensor does.
+    let mut all: Vec<&SurveyedColumn> = all.collect();
+    all.sort_by_key(|c| c.is_measured() && !c.named.quantities.is_empty());
+    let each = all.into_iter();
+    each.map(|c| (c.name.clone(), c.unit.clone())).collect()
 }
 
 /// The even rate that the logs have to be brought to, Hz, where one of them has times that are not

@@ -19,10 +19,6 @@ const PULLS_BACK: f64 = 0.3;
 /// than this factor where the two can be told apart.
 const ROUGHER: f64 = 1.2;
 
-/// What takes fewer values than this is what something was told to do, or a switch, and no
-/// measurement.
-const MEASURED: usize = 8;
-
 /// The roles of a motion.
 const MOTION: [&str; 3] = ["displacement", "velocity", "acceleration"];
 
@@ -134,19 +130,8 @@ fn nameless<'a>(
         return None;
     }
     let mut moving: Vec<&SurveyedColumn> = survey.columns.iter().filter(moves).collect();
-    moving.retain(|c| is_measured(&c.values));
+    moving.retain(|c| c.is_measured());
     Some(moving.iter().map(|c| c.name.as_str()).collect())
-}
-
-/// Whether a series takes as many values as a measurement does.
-fn is_measured(series: &[f64]) -> bool {
-    let mut seen: Vec<f64> = Vec::new();
-    series.iter().any(|value| {
-        if !seen.contains(value) {
-            seen.push(*value);
-        }
-        seen.len() >= MEASURED
-    })
 }
 
 /// Sums over logs of two columns a and b, each about its mean.
@@ -257,13 +242,6 @@ mod tests {
         let (x, force): (Vec<f64>, Vec<f64>) = rows.unzip();
         assert_eq!(told(&x, &force, false), Some(true));
         assert_eq!(told(&force, &x, false), Some(false));
-    }
-
-    #[test]
-    fn what_takes_few_values_is_a_command() {
-        let (x, _) = loops(1.0);
-        let steps: Vec<f64> = x.iter().map(|x| 5.0 * x.signum()).collect();
-        assert!(is_measured(&x) && !is_measured(&steps));
     }
 
     #[test]

@@ -82,7 +82,8 @@ impl<'a> Parts<'a> {
                 .filter(claimed)
                 .filter(|c| {
                     let score = c.named.score(quantity);
-                    score > 0 && Some(score) == best(c)
+                    // What drives a joint may be switched; what it does takes many values.
+                    score > 0 && Some(score) == best(c) && (role == "force" || c.is_measured())
                 })
                 .collect();
             found.sort_by_key(|c| std::cmp::Reverse(c.named.score(quantity)));

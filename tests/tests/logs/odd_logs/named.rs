@@ -117,3 +117,25 @@ fn a_column_that_was_named_stays_and_is_held_against_the_displacement() {
     assert!(study.contains("velocity = \"late\""), "{study}");
     assert!(said.contains("as you named it"), "{said}");
 }
+
+#[test]
+fn a_variant_has_no_unit_and_what_is_switched_does_not_move() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t,Y,A,speed,speed_m,x,F", |t| {
+        let [x, v, a] = motion(t);
+        let on = if (0.7 * t).sin() > 0.0 { 2.2 } else { 0.01 };
+        let noise = 0.001 * (1e4 * t).sin();
+        let force = (3.0 + 2.0 * on) * v + 40.0 * x;
+        [t, on + noise, a + 50.0 * x, v, 0.4 * v, x, force]
+    });
+    fs::write(folder.path().join("damper.csv"), log).unwrap();
+    let study = init(&folder, &["damper.csv"]);
+    says(
+        &study,
+        &[
+            "displacement = \"x\"",
+            "# column = \"Y\"   # or \"A\", \"speed_m\"",
+            "velocity = \"speed\"",
+        ],
+    );
+}
