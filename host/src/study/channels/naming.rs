@@ -217,6 +217,8 @@ mod tests {
             ("torque_Nm", None, Force(Rotation)),
             ("torAct", None, Force(Rotation)),
             ("Drehwinkel (°)", None, Displacement(Rotation)),
+            ("Rotary.Position", None, Displacement(Rotation)),
+            ("angular velocity", None, Velocity(Rotation)),
             ("Déplacement", None, Displacement(Translation)),
             ("vitesse m/s", None, Velocity(Translation)),
             ("Force", None, Force(Translation)),

@@ -142,8 +142,28 @@ pub(super) const MEASURED: [&str; 9] = [
 /// Names that are units of time themselves.
 pub(super) const CLOCKS: [(&str, &str); 2] = [("millis", "ms"), ("micros", "us")];
 
+/// Parts of words that say that what is measured turns: a `Rotary.Position` is no length.
+const TURNING: [&str; 5] = ["angle", "angular", "rotary", "rotation", "winkel"];
+
 /// How surely a name in small letters, with its words, is one for a quantity; 0 for not at all.
 pub(super) fn by_name(quantity: Quantity, name: &str, tokens: &[String]) -> u8 {
+    use Quantity::{Acceleration, Displacement, Velocity};
+    let own = worded(quantity, name, tokens);
+    if !TURNING.iter().any(|part| name.contains(part)) {
+        return own;
+    }
+    let along_a_line = match quantity {
+        Displacement(Rotation) => Displacement(Translation),
+        Velocity(Rotation) => Velocity(Translation),
+        Acceleration(Rotation) => Acceleration(Translation),
+        Displacement(Translation) | Velocity(Translation) | Acceleration(Translation) => return 0,
+        _ => return own,
+    };
+    own.max(worded(along_a_line, name, tokens))
+}
+
+/// The same of the words alone.
+fn worded(quantity: Quantity, name: &str, tokens: &[String]) -> u8 {
     let (whole, parts) = words(quantity);
     let is_whole = |t: &str| whole.contains(&t);
     let is_long = |t: &str| t.len() > 1 && is_whole(t);

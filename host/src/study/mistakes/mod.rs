@@ -67,8 +67,14 @@ pub fn check(study: &Study) -> Vec<String> {
         let acceleration = axis.acceleration();
         let wrong_acceleration = acceleration.is_some();
         found.extend(acceleration);
-        found.extend(axis.velocity());
-        found.extend(axis.speed());
+        let velocity = axis.velocity();
+        // What is wrong between channels says which unit it is.
+        let speed = if wrong_acceleration || velocity.is_some() {
+            None
+        } else {
+            axis.speed()
+        };
+        found.extend(velocity.or(speed));
         found.extend(axis.turn());
         // A wrong acceleration makes every statement on force and mass wrong as well.
         if !wrong_acceleration {
@@ -316,7 +322,8 @@ impl Axis<'_> {
             return None;
         }
         let channels = *self.moving().first()?;
-        if channels.acceleration.is_some() || channels.velocity.is_some() {
+        // A velocity that was logged alone comes to be a long way.
+        if self.columns.displacement == self.columns.velocity {
             return None;
         }
         let x = channels.relative_displacement();
@@ -331,10 +338,14 @@ impl Axis<'_> {
             "axis {}: the displacement (column \"{}\") {does}, which no joint does: {}",
             self.axis().name,
             self.columns.displacement,
-            match range(&x) * 1e-3 > LIMITS.travel_m {
-                true =>
+            match (range(&x) * 1e-3 > LIMITS.travel_m, self.columns.has_unit) {
+                (true, _) =>
                     "if it counts an encoder, write how many m one count is as its scale, or kind = \"rotation\" and how many rad",
-                false => "probably it is in mm; write displacement = { column = …, unit = \"mm\" }",
+                (false, true) =>
+                    "probably it is in mm; write displacement = { column = …, unit = \"mm\" }",
+                (false, false) =>
+                    "if it is in mm, write displacement = { column = …, unit = \"mm\" }; if it is an angle, kind = \"rotation\" for the axis \
+                     and unit = \"deg\" or \"rad\"",
             }
         ))
     }
