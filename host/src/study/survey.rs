@@ -5,7 +5,7 @@ use super::channels::naming::{self, Named};
 use super::channels::signs::{sign_bit, signed};
 use super::channels::units::{Quantity, is_bare};
 use super::joined::with_a_heading;
-use super::log::Request;
+use super::log::{Column, Request};
 use super::readers::long::LongLog;
 use super::series::{extent, spread};
 use super::time::Stamps;
@@ -179,20 +179,12 @@ impl Survey {
             Some(_) => (looked_at.table_of(long.as_ref())?, false),
             None => with_a_heading(&looked_at)?,
         };
-        let heading = table.columns.iter().map(|c| c.name.clone()).collect();
+        let heading: Vec<String> = table.columns.iter().map(|c| c.name.clone()).collect();
         table.columns.retain(|c| !c.name.is_empty());
-        let names: Vec<String> = table.columns.iter().map(|c| c.name.clone()).collect();
         let columns: Vec<SurveyedColumn> = table
             .columns
             .into_iter()
-            .map(|c| match naming::variant(&c.name, &names) {
-                Some(named) if c.unit.is_none() => SurveyedColumn {
-                    named,
-                    unit: None,
-                    ..surveyed(c.name, None, c.values.unwrap_or_default())
-                },
-                _ => surveyed(c.name, c.unit, c.values.unwrap_or_default()),
-            })
+            .map(|c| surveyed_among(c, &heading))
             .collect();
         table.notes.extend(columns.iter().filter_map(|column| {
             let bit = column.sign_bit?;
@@ -372,6 +364,20 @@ pub(crate) fn smallest_step(values: &[f64]) -> Option<f64> {
     let steps = values.windows(2).map(|w| (w[1] - w[0]).abs());
     let steps = steps.filter(|step| *step > 1e-9 * (high - low) && step.is_finite());
     steps.min_by(f64::total_cmp)
+}
+
+/// A column of a file with columns of these names.
+fn surveyed_among(column: Column, names: &[String]) -> SurveyedColumn {
+    let variant = naming::variant(&column.name, names).filter(|_| column.unit.is_none());
+    let found = surveyed(column.name, column.unit, column.values.unwrap_or_default());
+    match variant {
+        Some(named) => SurveyedColumn {
+            named,
+            unit: None,
+            ..found
+        },
+        None => found,
+    }
 }
 
 fn surveyed(name: String, unit: Option<String>, mut values: Vec<f64>) -> SurveyedColumn {

@@ -4,7 +4,7 @@
 use super::parts::{DraftAxis, DraftChannel, Log, UserChoices, at_a_lever};
 use super::refused::{check_said, nothing_to_draft};
 use super::stand_in::{is_current, stand_in};
-use super::stated::{ACCELERATION, VELOCITY, contradiction, keep_integrals};
+use super::stated::{contradictions, keep_integrals};
 use super::trial::{BETTER, Parts, Trial, trials};
 use super::velocity::{of_a_count, size_of_a_count, velocity_of};
 use crate::study::channels::units::{Quantity, is_bare};
@@ -336,16 +336,8 @@ fn axis_of(
         displacement.iter_mut().for_each(|c| c.scale = size);
         findings.push(of_a_count(chosen.first, size, velocity, kind));
     }
-    let body = (chosen.second.unwrap_or(chosen.first), None);
-    let derivatives = [
-        (VELOCITY, (chosen.first, chosen.second)),
-        (ACCELERATION, body),
-    ];
-    findings.extend(
-        derivatives
-            .into_iter()
-            .filter_map(|(role, pair)| contradiction(&logs[0], role, pair, (kind, parts), said)),
-    );
+    let pair = (chosen.first, chosen.second);
+    findings.extend(contradictions(&logs[0], pair, (kind, parts), said));
     let body_position = displacement.get(1).filter(|_| parts.derivative == 0);
     let body_position = body_position.cloned();
     let timeless = said.is_timeless(logs[0].survey);
@@ -372,13 +364,7 @@ fn axis_of(
     };
     let pulls_back = restoring_force.sign() * stiffness > 0.0 && fitted.sure(2);
     let springy = pulls_back && !parts.are_velocities();
-    let base = base_of(chosen, springy, path_alone);
-    if chosen.weighs {
-        findings.push(format!(
-            "{:?} goes with the sine of the angle, as the weight of a body that turns does",
-            force.name
-        ));
-    }
+    findings.extend(chosen.weighs.then(|| as_a_weight(force)));
     if said.inertia.is_none() && !inertial {
         findings.push(format!(
             "no inertia shows in {:?}, so the force is taken as the restoring force itself",
@@ -399,7 +385,7 @@ fn axis_of(
         inertia: said.inertia.or((!inertial).then_some(0.0)),
         inertia_seen: inertial.then_some(inertia),
         restoring_force,
-        base,
+        base: base_of(chosen, springy, path_alone),
     }
 }
 
@@ -409,6 +395,13 @@ pub(super) fn name_of(kind: AxisKind) -> &'static str {
         AxisKind::Translation => "x",
         AxisKind::Rotation => "phi",
     }
+}
+
+fn as_a_weight(force: &SurveyedColumn) -> String {
+    format!(
+        "{:?} goes with the sine of the angle, as the weight of a body that turns does",
+        force.name
+    )
 }
 
 /// What to write where the force has a unit that is none of a force.

@@ -12,7 +12,7 @@ use crate::text::table::short;
 /// A derivative of the position, as `--column` names it, and which one it is.
 pub(super) const VELOCITY: (&str, usize) = ("velocity", 1);
 /// The same of the second derivative.
-pub(super) const ACCELERATION: (&str, usize) = ("acceleration", 2);
+const ACCELERATION: (&str, usize) = ("acceleration", 2);
 
 /// How a column follows the derivative of a position in SI, by the units of both.
 fn likeness(
@@ -70,6 +70,20 @@ pub(super) fn contradiction(
             found.correlation
         )
     })
+}
+
+/// The same of the velocity and of the acceleration, which is that of the body alone.
+pub(super) fn contradictions(
+    log: &Log<'_>,
+    (first, second): (&SurveyedColumn, Option<&SurveyedColumn>),
+    kinds: (AxisKind, &Parts<'_>),
+    said: &UserChoices,
+) -> Vec<String> {
+    let body = (second.unwrap_or(first), None);
+    let derivatives = [(VELOCITY, (first, second)), (ACCELERATION, body)];
+    let all = derivatives.into_iter();
+    all.filter_map(|(role, pair)| contradiction(log, role, pair, kinds, said))
+        .collect()
 }
 
 /// Leaves out positions that nobody named and of which the velocity that the user named is no

@@ -82,7 +82,6 @@ impl<'a> Parts<'a> {
                 .filter(claimed)
                 .filter(|c| {
                     let score = c.named.score(quantity);
-                    // What drives a joint may be switched; what it does takes many values.
                     score > 0 && Some(score) == best(c) && (role == "force" || c.is_measured())
                 })
                 .collect();
@@ -350,12 +349,11 @@ fn trial<'a>(
     force: &SurveyedColumn,
     kind: AxisKind,
 ) -> Option<Trial<'a>> {
-    let body = second.unwrap_or(first);
     let kinds = (kind, parts);
-    let position = relative(&logs[0], body, None, kinds)?;
-    let best = accelerometer(&logs[0], &position, parts);
+    let position = relative(&logs[0], second.unwrap_or(first), None, kinds)?;
     let is_taken = second.is_none() || parts.names_acceleration;
-    let best = best.filter(|(_, l)| is_taken || l.correlation.abs() > DERIVATIVE);
+    let best = accelerometer(&logs[0], &position, parts)
+        .filter(|(_, l)| is_taken || l.correlation.abs() > DERIVATIVE);
     let acceleration = best.map(|(a, _)| a);
     // By a spring, and where it turns by the weight of a body, each alone and beside dry friction.
     // What is turned by hand, step by step, is a spring sooner than a pendulum.
