@@ -25,8 +25,8 @@ use rayon::prelude::*;
 
 /// Everything that is wrong with a study's data, the serious first.
 ///
-/// Without time a channel may stand still or jump from row to row, so only what a law is learnt from
-/// is counted.
+/// Without time a channel may stand still or jump from row to row, so only what a law is learnt
+/// from is counted.
 pub fn check(study: &Study, filters: &Filters) -> Vec<Finding> {
     let axes = 0..study.axes.len();
     let few: Vec<Finding> = axes

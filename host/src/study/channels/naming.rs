@@ -105,7 +105,8 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
 }
 
 /// What the name of a variant says: behind a name that another column has without it, an `m` or `s`
-/// is no unit but says which one this is, as a model's or a motor's, and nothing is lost without it.
+/// is no unit but says which one this is, as a model's or a motor's, and nothing is lost without
+/// it.
 pub(crate) fn variant(name: &str, names: &[String]) -> Option<Named> {
     let (stem, end) = name.rsplit_once(['_', ' '])?;
     let is_variant = ["m", "s"].contains(&end) && names.iter().any(|other| other == stem);

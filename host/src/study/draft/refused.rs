@@ -1,5 +1,5 @@
-//! What is refused before an axis is drafted: columns that the user named wrongly, and logs in which
-//! no force or nothing that moves can be told.
+//! What is refused before an axis is drafted: columns that the user named wrongly, and logs in
+//! which no force or nothing that moves can be told.
 
 use super::parts::{UserChoices, names};
 use super::trial::Parts;
