@@ -42,7 +42,7 @@ pub fn stops(effect: &str, parameters: &[ParameterValue]) -> Vec<ParameterValue>
 pub fn table(effects: &[ModelEffect]) -> Table {
     // Where everything acts in the joint, a column that says so only takes room.
     let corrects = effects.iter().any(|e| is_correction(&e.effect));
-    // A refinement by simulation knows no intervals.
+    // A refinement by simulation knows no intervals, and a blob keeps none.
     let mut parameters = effects.iter().flat_map(|e| &e.parameters);
     let intervals = parameters.any(|p| p.interval.is_some());
     let mut heading = vec!["effect", "parameter", "value"];
@@ -82,24 +82,6 @@ pub fn table(effects: &[ModelEffect]) -> Table {
                 });
             }
             table.row(row);
-        }
-    }
-    table
-}
-
-/// The same without intervals, for a model that keeps none.
-pub fn table_of_values(effects: &[ModelEffect]) -> Table {
-    let mut table = Table::new(&["effect", "parameter", "value", "unit"]);
-    for effect in effects {
-        let mut name = effect.name();
-        let stops = stops(&effect.effect, &effect.parameters);
-        for parameter in effect.parameters.iter().chain(&stops) {
-            table.row(vec![
-                std::mem::take(&mut name),
-                parameter.name.clone(),
-                significant(parameter.value),
-                parameter.unit.clone(),
-            ]);
         }
     }
     table

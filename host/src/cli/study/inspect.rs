@@ -265,7 +265,7 @@ fn blob_in_words(model: &Model) -> String {
         text.push_str(&input_in_words(input.name.as_str(), range, is_state));
     }
     if !model.terms().list().is_empty() {
-        let effects = values::table_of_values(&ModelEffect::of_device(model));
+        let effects = values::table(&ModelEffect::of_device(model));
         text.push_str(&format!("\n{effects}"));
     }
     for sentence in corrections::in_words(&corrections::of_device(model)) {
