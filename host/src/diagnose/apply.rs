@@ -143,7 +143,7 @@ pub fn apply(
     let mut tried = Vec::new();
     loop {
         let ended = match last.verdict {
-            Verdict::None => Some("nothing more is missing".to_string()),
+            Verdict::None => Some(format!("nothing more is missing{}", last.but_above_noise())),
             Verdict::Data if staircase.steps.len() > 1 => Some(format!(
                 "the data do not tell what else is missing: {}",
                 last.data_problems[0]

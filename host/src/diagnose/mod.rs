@@ -13,6 +13,7 @@ mod decide;
 mod errors;
 pub mod in_place;
 mod in_time;
+mod in_words;
 mod later;
 mod learner;
 mod meaningless;

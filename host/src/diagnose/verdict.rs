@@ -2,14 +2,12 @@
 //! nothing.
 
 use super::absorbed::absorbed;
-use super::answer::{
-    Diagnosis, Verdict, in_words_found, in_words_looked, in_words_probabilities, in_words_ranked,
-    in_words_remainder,
-};
+use super::answer::{Diagnosis, Verdict};
 use super::base::base_of;
 use super::criteria;
 use super::decide::Decision;
 use super::errors::{Unseen, relative_errors};
+use super::in_words;
 use super::notes::{follows_already, in_notes, never_rests, of_constants, of_motion, refutations};
 use super::search::{Given, Search, search};
 use crate::assess::compare;
@@ -105,7 +103,12 @@ pub(super) fn answer(
     notes.extend(never_rests(study, &floors));
     notes.extend(of_motion(study, &training, &model.filters));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
-    let unmeasured = unmeasured_forces(&mut search, (&floors, &as_logged), &learnt);
+    let unmeasured = unmeasured_forces(&search, (&floors, &as_logged), &learnt);
+    let each = search.decisions.iter();
+    let powers: Vec<[f64; 2]> = each
+        .map(|decision| powers(&search, decision, unmeasured[decision.axis]))
+        .collect();
+    with_what_unseen_rows_say(&mut search, &powers);
     notes.extend(refutations(&search, &names, unseen.judged_on()));
     notes.extend(of_constants(study, &search, (&logged, &of_validation)));
     notes.extend(in_notes(
@@ -114,11 +117,11 @@ pub(super) fn answer(
         (&unmeasured, &floors),
         &names,
     ));
-    let found = in_words_found(&search.found, &names);
+    let found = in_words::found(&search.found, &names);
     let wrong = data_checks::check(study, &model.filters);
     let short = too_short(&learnt, &base, &names);
     let serious = wrong.iter().any(|f| is_fault(f, &search)) || !short.is_empty();
-    let verdict = verdict(&search, &unmeasured, serious, found.is_empty());
+    let verdict = verdict(&powers, serious, found.is_empty());
     let per_axis = |values: &[f64]| named(&names, values);
     let noise = noise(study, model, &judged, &as_logged);
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
@@ -138,11 +141,11 @@ pub(super) fn answer(
         absorbed,
         noise_floor: per_axis(&noise),
         moving: per_axis(&decisions.iter().map(|d| d.moving).collect::<Vec<_>>()),
-        ranked: in_words_ranked(&search, &found, (&learnt, &base), study)?,
+        ranked: in_words::candidates(&search, &found, (&learnt, &base), study)?,
         found,
-        probabilities: in_words_probabilities(decisions, &zeros, &names, serious),
-        remainder: in_words_remainder(decisions, &names),
-        looked_at: in_words_looked(if asked.explain { decisions } else { &[] }, &names),
+        probabilities: in_words::probabilities(decisions, &zeros, &names, serious),
+        remainder: in_words::remainder(decisions, &names),
+        looked_at: in_words::looked_at(if asked.explain { decisions } else { &[] }, &names),
         places: comparison.places,
         data_problems: [short, data_checks::sentences(wrong)].concat(),
         notes,
@@ -285,25 +288,56 @@ fn unmeasured(
     }
 }
 
-/// The same on every axis. No draw of blocks takes away what stands above the noise, so what is
-/// likely is put right as well.
+/// The same on every axis.
 fn unmeasured_forces(
-    search: &mut Search,
+    search: &Search,
     (floors, as_logged): (&[Floor], &[Floor]),
     learnt: &Records<'_>,
 ) -> Vec<f64> {
     let model = &search.last;
     let last = relative_errors(learnt, &model.terms, &model.solution.solved);
     let floors = floors.iter().zip(as_logged).zip(last).enumerate();
-    let unmeasured: Vec<f64> = floors
+    floors
         .map(|(axis, (floors, last))| unmeasured(search, axis, floors, (learnt, last)))
-        .collect();
-    for decision in &mut search.decisions {
-        if unmeasured[decision.axis] > criteria::UNKNOWN * decision.named() {
+        .collect()
+}
+
+/// Power on an axis that has a name, and that has none. `unmeasured` is what [`unmeasured_forces`]
+/// tells of it.
+fn powers(search: &Search, decision: &Decision, unmeasured: f64) -> [f64; 2] {
+    let (named, unnamed) = (decision.named(), decision.without_name());
+    let mut refuted = search.refuted.iter();
+    let refuted = refuted.any(|refuted| refuted.axis == decision.axis);
+    let mut found = search.found.iter();
+    let stays = found.any(|bound| bound.acts_on(decision.axis));
+    // Most of an error that laws explain here and not on other records has a cause that is none of
+    // them.
+    let of_another = refuted && !stays && named > 0.5 * decision.moving_error_power();
+    let [named, unnamed] = match of_another {
+        true => [0.0, unnamed + named],
+        false => [named, unnamed],
+    };
+    [named, unnamed.max(unmeasured)]
+}
+
+/// Whether what has no name is more than counts beside what has one.
+fn is_unknown([named, unnamed]: [f64; 2]) -> bool {
+    unnamed > criteria::UNKNOWN * named && unnamed > 0.0
+}
+
+/// Chances as they are after what the draws of blocks, all of training records, cannot tell: that
+/// unseen rows refute an effect, and that more stands above the noise than motion explains.
+fn with_what_unseen_rows_say(search: &mut Search, powers: &[[f64; 2]]) {
+    let drawn = |decision: &Decision| is_unknown([decision.named(), decision.without_name()]);
+    for (decision, powers) in search.decisions.iter_mut().zip(powers) {
+        let refuted = search.refuted.iter();
+        for refuted in refuted.filter(|refuted| refuted.bound.acts_on(decision.axis)) {
+            decision.chances.refute(&refuted.bound);
+        }
+        if is_unknown(*powers) && !drawn(decision) {
             (decision.chances.unknown, decision.chances.nothing) = (1.0, 0.0);
         }
     }
-    unmeasured
 }
 
 /// What was found, with its values.
@@ -317,30 +351,9 @@ fn added(search: &Search) -> Vec<(AxisEffect, Vec<f64>)> {
 }
 
 /// The verdict: an effect where what has a name explains most of what can be explained.
-fn verdict(search: &Search, unmeasured: &[f64], serious: bool, none_found: bool) -> Verdict {
-    let of_axis = |decision: &Decision| {
-        let (named, unnamed) = (decision.named(), decision.without_name());
-        let refuted = search
-            .refuted
-            .iter()
-            .any(|refuted| refuted.axis == decision.axis);
-        let stays = search
-            .found
-            .iter()
-            .any(|bound| bound.acts_on(decision.axis));
-        // Most of an error that laws explain here and not on other records has a cause that is none
-        // of them.
-        let of_another = refuted && !stays && named > 0.5 * decision.moving_error_power();
-        let (named, unnamed) = match of_another {
-            true => (0.0, unnamed + named),
-            false => (named, unnamed),
-        };
-        (named, unnamed.max(unmeasured[decision.axis]))
-    };
-    let powers = search.decisions.iter().map(of_axis);
-    let (named, unnamed) = powers.fold((0.0, 0.0), |sum: (f64, f64), p| (sum.0 + p.0, sum.1 + p.1));
-    let unknown = unnamed > criteria::UNKNOWN * named && unnamed > 0.0;
-    match (unknown, none_found) {
+fn verdict(powers: &[[f64; 2]], serious: bool, none_found: bool) -> Verdict {
+    let sum = |at: usize| powers.iter().map(|powers| powers[at]).sum();
+    match (is_unknown([sum(0), sum(1)]), none_found) {
         _ if serious => Verdict::Data,
         (true, _) => Verdict::Unknown,
         (false, true) => Verdict::None,

@@ -150,8 +150,8 @@ fn one_way(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
     let axes = axes.iter().enumerate().filter(|(i, _)| goes_one_way(*i));
     axes.map(|(_, axis)| {
         format!(
-            "axis {} goes one way in all training records: dry friction and a constant force stand in for each other there; let a record of \
-             the other way train",
+            "axis {} goes one way in all training records: there dry friction passes for a constant force, and a force that remembers for a \
+             spring that bends; let a record of the other way train",
             axis.name
         )
     })

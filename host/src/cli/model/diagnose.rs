@@ -200,23 +200,13 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     let found: Vec<String> = diagnosis.found.iter().map(Found::name).collect();
     let verdict = match diagnosis.verdict {
         Verdict::Effect => format!("{}{}", told(diagnosis, &found), beside(diagnosis)),
-        Verdict::None => "Nothing is missing.".into(),
-        Verdict::Unknown if found.is_empty() => {
-            "Something is missing that is not in the library.".into()
-        }
-        Verdict::Unknown => format!(
-            "Most of what is missing has no name yet. A part of it has: {}.",
-            found.join(", ")
-        ),
+        Verdict::None => format!("Nothing is missing{}.", diagnosis.but_above_noise()),
+        Verdict::Unknown => diagnosis.unknown_in_words(),
         Verdict::Data => "The data are at fault: what is said above of effects means nothing before they are put right.".into(),
     };
     console.say(verdict)?;
     if diagnosis.verdict != Verdict::None {
-        let named = |r: &&Ranked| {
-            let mut found = diagnosis.found.iter();
-            found.any(|f| f.effect == r.effect && f.axis == r.axis)
-        };
-        for candidate in diagnosis.ranked.iter().filter(named) {
+        for candidate in diagnosis.found_candidates() {
             console.say(values(candidate))?;
             if let Some(group) = in_one_group(candidate) {
                 console.say(group)?;

@@ -324,6 +324,24 @@ impl Chances {
         chances
     }
 
+    /// Unseen rows speak against an effect: what it explains may be an imitation, and is otherwise
+    /// explained by what stands beside it, if anything does.
+    pub(crate) fn refute(&mut self, bound: &AxisEffect) {
+        for (set, part) in std::mem::take(&mut self.votes) {
+            if !set.contains(bound) {
+                self.votes.push((set, part));
+                continue;
+            }
+            let mut others = set.clone();
+            others.retain(|other| other != bound);
+            let rest = part * (1.0 - IMITATES);
+            if others.is_empty() {
+                self.nothing = (self.nothing + rest).min(1.0 - self.unknown);
+            }
+            self.votes.extend([(set, part * IMITATES), (others, rest)]);
+        }
+    }
+
     /// That one of some effects acts.
     pub(crate) fn any_of(&self, bounds: &[AxisEffect]) -> f64 {
         let votes = self.votes.iter();
@@ -346,7 +364,7 @@ impl Chances {
 
 #[cfg(test)]
 mod tests {
-    use super::{Judged, Rivals, is_gained, is_raised, is_refuted};
+    use super::{Chances, Judged, Rivals, is_gained, is_raised, is_refuted};
     use crate::model::effects::AxisEffect;
     use jointwatch_shared::effect::Entry;
 
@@ -383,6 +401,21 @@ mod tests {
         assert!(is_gained(&gains) && !is_refuted(&gains, &gains));
         assert!(is_raised(&without, &with) && !is_raised(&with, &without));
         assert!(!is_raised(&without, &without));
+    }
+
+    #[test]
+    fn what_unseen_rows_refute_is_an_imitation_at_most() {
+        let [dahl, drag] = ["dahl", "quadratic_drag"].map(bound);
+        let mut chances = Chances {
+            votes: vec![(vec![dahl], 0.5), (vec![dahl, drag], 0.4)],
+            nothing: 0.1,
+            unknown: 0.0,
+        };
+        chances.refute(&dahl);
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(near(chances.any_of(&[dahl]), 0.18));
+        assert!(near(chances.any_of(&[drag]), 0.4));
+        assert!(near(chances.nothing, 0.5));
     }
 
     #[test]

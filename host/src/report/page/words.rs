@@ -145,14 +145,16 @@ fn of_diagnosis(diagnosis: &Diagnosis, first: &Step, last: &Step, floors: &PerAx
             fall(first, last, floors)
         ),
         Verdict::None => format!("Nothing is missing: the error is {} of the RMS force.", stands.join(" and ")),
-        Verdict::Unknown if !found.is_empty() => format!(
-            "Most of what is missing has no name yet. A part of it has: with {} added, {}.",
-            found.join(" and "),
-            fall(first, last, floors)
+        Verdict::Unknown if found.is_empty() => format!(
+            "{} The error is {} of the RMS force.",
+            diagnosis.unknown_in_words(),
+            stands.join(" and ")
         ),
         Verdict::Unknown => format!(
-            "Something is missing that is not in the library: the error is {} of the RMS force.",
-            stands.join(" and ")
+            "{} With {} added, {}.",
+            diagnosis.unknown_in_words(),
+            found.join(" and "),
+            fall(first, last, floors)
         ),
         Verdict::Data => {
             "The data are at fault: what is said below of effects means nothing before they are put right.".into()
