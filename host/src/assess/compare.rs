@@ -201,7 +201,11 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
             true => String::new(),
             false => format!(", in the band up to {}", hertz(model.filters.band_hz)),
         };
-        text.push_str(&format!("{heading}{band}:\n{table}\n\n"));
+        text.push_str(&format!("{heading}{band}:\n{table}\n"));
+        for worse in worse_than_the_mean(&records) {
+            text.push_str(&worse);
+        }
+        text.push('\n');
     }
     if !comparison.places.is_empty() {
         let role = comparison.judged_role().words();
@@ -209,6 +213,19 @@ pub fn in_words(comparison: &Comparison, model: &ModelFile) -> String {
         text.push_str(&places_table(&comparison.places).to_string());
     }
     text.trim_end().to_string()
+}
+
+/// A line for every axis of a record whose force the model predicts worse than its mean would.
+fn worse_than_the_mean(records: &[&RecordFigures]) -> Vec<String> {
+    let axes = records
+        .iter()
+        .flat_map(|record| record.axes.iter().map(|axis| (&record.file, axis)));
+    let worse = axes.filter(|(_, (_, figures))| !figures.at_rest && figures.nmse_percent > 100.0);
+    worse
+        .map(|(file, (axis, _))| {
+            format!("In {file} the mean force of {axis} predicts better than the model: NMSE above 100 %.\n")
+        })
+        .collect()
 }
 
 /// Says which force errors are relative to where it is not the restoring force.

@@ -13,6 +13,8 @@ pub(crate) struct Named {
     pub(crate) time: u8,
     /// Whether its name is that of a current that something really took.
     pub(crate) current: bool,
+    /// Whether its name is that of a force that was commanded and not measured.
+    pub(crate) commanded_force: bool,
     /// Whether its name is that of a position which may be a motor's.
     pub(crate) position: bool,
     /// What it may measure, with how surely.
@@ -93,6 +95,10 @@ pub(crate) fn read(name: &str, stated: Option<&str>) -> Named {
         time,
         // Behind another word an i is an index.
         current: (among(&CURRENTS) || tokens.first().is_some_and(|t| t == "i")) && !commanded,
+        commanded_force: commanded
+            && [Translation, Rotation]
+                .into_iter()
+                .any(|kind| score(Quantity::Force(kind)) > 0),
         position: among(&POSITIONS) && !commanded,
         quantities: QUANTITIES
             .into_iter()
@@ -262,6 +268,9 @@ mod tests {
         ] {
             assert_eq!(read(name, None).quantities, [], "{name}");
         }
+        let commanded = |name| read(name, None).commanded_force;
+        assert!(commanded("tau_cmd_Nm") && commanded("CONTROL_TORQUE"));
+        assert!(!commanded("torque_Nm") && !commanded("x_ref_mm"));
         assert_eq!(read("chan_1", None).unit, None);
         assert_eq!(read("Q_CURRENT", None).quantities, []);
         assert!(!read("current_position", None).quantities.is_empty());

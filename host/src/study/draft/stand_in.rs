@@ -27,7 +27,7 @@ pub(super) fn stand_in(
     });
     by_numbers
         .or_else(|| only_angle(survey, time, said))
-        .or_else(|| only_current(survey, said))
+        .or_else(|| only_drive(survey, said))
 }
 
 /// How the numbers tell the roles of columns that no names do.
@@ -71,8 +71,9 @@ fn only_angle(survey: &Survey, time: Option<&str>, said: &UserChoices) -> Option
     })
 }
 
-/// The current of a log that names no force, where it has one alone.
-fn only_current(survey: &Survey, said: &UserChoices) -> Option<StandIn> {
+/// What drives the joint in a log that names no force: its current, or else the force that was
+/// commanded, where it has one alone.
+fn only_drive(survey: &Survey, said: &UserChoices) -> Option<StandIn> {
     let of_force = |c: &SurveyedColumn| {
         let mut kinds = [AxisKind::Translation, AxisKind::Rotation].into_iter();
         kinds.any(|kind| c.named.score(Quantity::Force(kind)) > 0)
@@ -80,19 +81,32 @@ fn only_current(survey: &Survey, said: &UserChoices) -> Option<StandIn> {
     if said.column("force").is_some() || survey.columns.iter().any(of_force) {
         return None;
     }
-    // An `i` may count the rows.
-    let currents = survey.columns.iter().filter(|c| is_current(c));
-    let mut currents = currents.filter(|c| !c.rises());
-    let current = currents.next().filter(|c| {
-        let is_lone = currents.next().is_none();
-        is_lone && c.missing == 0 && c.rms > 0.0
-    })?;
-    Some(StandIn {
-        roles: vec![("force".into(), current.name.clone())],
-        why: format!(
-            "no column is a force, so the current {:?} stands for it, as the force of a motor follows its current",
-            current.name
+    let lone = |is: fn(&SurveyedColumn) -> bool| {
+        // An `i` may count the rows.
+        let mut all = survey.columns.iter().filter(|c| is(c) && !c.rises());
+        let first = all.next()?;
+        let stands = all.next().is_none() && first.missing == 0 && first.rms > 0.0;
+        stands.then_some(first.name.as_str())
+    };
+    let commanded = |c: &SurveyedColumn| c.named.commanded_force;
+    let (drive, why) = match (lone(is_current), lone(commanded)) {
+        (Some(current), _) => (
+            current,
+            format!(
+                "no column is a force, so the current {current:?} stands for it, as the force of a motor follows its current"
+            ),
         ),
+        (None, Some(command)) => (
+            command,
+            format!(
+                "no column is a measured force, so what was commanded, {command:?}, stands for it: what the drive makes of it counts as the joint"
+            ),
+        ),
+        (None, None) => return None,
+    };
+    Some(StandIn {
+        roles: vec![("force".into(), drive.to_owned())],
+        why,
     })
 }
 

@@ -221,6 +221,21 @@ fn a_lone_current_is_the_force_by_its_name_and_degrees_without_a_unit_are_asked_
     assert!(!said.contains("if these are degrees"), "{said}");
 }
 
+#[test]
+fn a_lone_commanded_torque_is_the_force_and_says_so() {
+    let folder = TempDir::new().unwrap();
+    let log = text("t_s,q_rad,tau_cmd_Nm", |t| {
+        let [x, v, _] = motion(t);
+        [t, x, 0.4 * x + 0.2 * v]
+    });
+    fs::write(folder.path().join("joint.csv"), log).unwrap();
+    let said = succeed(folder.path(), &["init", "--yes", "joint.csv"]);
+    let told = "what was commanded, \"tau_cmd_Nm\", stands for it";
+    assert!(said.contains(told), "{said}");
+    let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+    assert!(study.contains("tau_cmd_Nm"), "{study}");
+}
+
 /// A robot's own log, and the file of a stand for springs: units in columns of their own, words
 /// among the numbers, a summary above.
 #[test]
