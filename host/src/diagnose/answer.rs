@@ -164,14 +164,35 @@ pub struct Diagnosis {
 /// may only look like it.
 const LIKELY: f64 = 0.5;
 
+/// A probability below this one is told as 0.00.
+const NO_CHANCE: f64 = 0.005;
+
 impl Diagnosis {
     /// The candidates that were found, in the order of [`Diagnosis::ranked`].
     pub fn found_candidates(&self) -> impl Iterator<Item = &Ranked> {
-        let is_found = |r: &&Ranked| {
-            let mut found = self.found.iter();
-            found.any(|f| f.effect == r.effect && f.axis == r.axis)
+        self.ranked.iter().filter(|r| self.has_found(r))
+    }
+
+    /// Whether a candidate was found.
+    pub fn has_found(&self, candidate: &Ranked) -> bool {
+        let mut found = self.found.iter();
+        found.any(|f| f.effect == candidate.effect && f.axis == candidate.axis)
+    }
+
+    /// The equivalents of a candidate that are likely themselves, so that these records cannot tell
+    /// them from it, and those that predict worse.
+    pub fn equivalents<'a>(&self, candidate: &'a Ranked) -> (Vec<&'a str>, Vec<&'a str>) {
+        // On both axes it is the likelier of them.
+        let chance = |effect: &str| {
+            let is_it = |name: &String| match name.split_once('@') {
+                Some((own, axis)) => own == effect && [axis, "both"].contains(&&*candidate.axis),
+                None => name == effect,
+            };
+            let own = self.probabilities.iter().filter(|(name, _)| is_it(name));
+            own.map(|(_, chance)| *chance).fold(0.0, f64::max)
         };
-        self.ranked.iter().filter(is_found)
+        let all = candidate.equivalent.iter().map(String::as_str);
+        all.partition(|effect| chance(effect) >= NO_CHANCE)
     }
 
     /// What is said beside "nothing is missing" where an error stands above its noise floor by more

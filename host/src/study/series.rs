@@ -75,6 +75,15 @@ pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// The standard error of what was estimated from several blocks, by what it is without each of
+/// them.
+pub(crate) fn jackknife(without_each: impl Iterator<Item = f64>) -> f64 {
+    let estimates: Vec<f64> = without_each.collect();
+    let (count, middle) = (estimates.len() as f64, mean(&estimates));
+    let squares = estimates.iter().map(|e| (e - middle).powi(2));
+    ((count - 1.0) / count * squares.sum::<f64>()).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::spread;

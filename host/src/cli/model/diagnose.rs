@@ -208,8 +208,9 @@ fn say(console: &Console, diagnosis: &Diagnosis) -> Result<()> {
     if diagnosis.verdict != Verdict::None {
         for candidate in diagnosis.found_candidates() {
             console.say(values(candidate))?;
-            if let Some(group) = in_one_group(candidate) {
-                console.say(group)?;
+            let alike = in_one_group(candidate, diagnosis);
+            if !alike.is_empty() {
+                console.say(alike)?;
             }
         }
     }
@@ -335,26 +336,34 @@ fn values(candidate: &Ranked) -> String {
     )
 }
 
-/// What these records cannot tell from a candidate, and the experiment that would; nothing when it
-/// has no look-alike.
-fn in_one_group(candidate: &Ranked) -> Option<String> {
-    if candidate.equivalent.is_empty() {
-        return None;
+/// What these records cannot tell from a candidate, and the experiment that would; then what is
+/// much like it and predicts worse. Nothing when it has no look-alike.
+fn in_one_group(candidate: &Ranked, diagnosis: &Diagnosis) -> String {
+    let own = format!("{}@{}", candidate.effect, candidate.axis);
+    let (as_good, worse) = diagnosis.equivalents(candidate);
+    let mut sentences = Vec::new();
+    if !as_good.is_empty() {
+        // What is likeliest may have more parameters than these records call for.
+        let parameters = |name: &str| Entry::named(name).map_or(0, |e| e.parameters().len());
+        let fewest = parameters(&candidate.effect);
+        let is_simplest = as_good.iter().all(|e| fewest <= parameters(e));
+        let simplest =
+            match is_simplest && candidate.probability < 0.5 * candidate.group_probability {
+                true => ", which is named because it is the simplest,",
+                false => "",
+            };
+        sentences.push(format!(
+            "These records cannot tell {own}{simplest} from {}: one of them acts with probability {:.2}. To tell them apart: {}",
+            as_good.join(", "),
+            candidate.group_probability,
+            candidate.separating_experiment
+        ));
     }
-    // What is likeliest may have more parameters than these records call for.
-    let parameters = |name: &str| Entry::named(name).map_or(0, |e| e.parameters().len());
-    let own = parameters(&candidate.effect);
-    let is_simplest = candidate.equivalent.iter().all(|e| own <= parameters(e));
-    let simplest = match is_simplest && candidate.probability < 0.5 * candidate.group_probability {
-        true => ", which is named because it is the simplest,",
-        false => "",
-    };
-    Some(format!(
-        "These records cannot tell {}@{}{simplest} from {}: one of them acts with probability {:.2}. To tell them apart: {}",
-        candidate.effect,
-        candidate.axis,
-        candidate.equivalent.join(", "),
-        candidate.group_probability,
-        candidate.separating_experiment
-    ))
+    if !worse.is_empty() {
+        sentences.push(format!(
+            "Much like {own}, but worse here: {}.",
+            worse.join(", ")
+        ));
+    }
+    sentences.join("\n")
 }

@@ -10,6 +10,7 @@ use crate::fit::effects::{EffectsFit, FittedEffect, Stopped, found_inertia, of_l
 use crate::fit::least_squares::{bounded, normal_equations};
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
+use crate::study::series::jackknife;
 use crate::text::error::{Error, Result};
 use faer::Mat;
 
@@ -163,7 +164,8 @@ pub(super) fn solve(plan: &Plan, sums: &Exact, rows: u64) -> Result<EffectsFit> 
     let left_out: Vec<Vec<f64>> = left_out.collect::<Result<_>>()?;
     // What is held at a bound has no interval.
     let determined = |c: usize| rank == unknowns && !bounds[c].contains(&found[c]);
-    let errors = (0..unknowns).map(|c| determined(c).then(|| jackknife(&left_out, c)));
+    let errors =
+        (0..unknowns).map(|c| determined(c).then(|| jackknife(left_out.iter().map(|f| f[c]))));
     assemble(plan, &terms, &found, errors, rank)
 }
 
@@ -179,14 +181,6 @@ fn bounds(terms: &[AxisEffect], unknowns: usize) -> Vec<[f64; 2]> {
     });
     let free = std::iter::repeat([f64::NEG_INFINITY, f64::INFINITY]);
     strengths.chain(free).take(unknowns).collect()
-}
-
-/// The standard error of a factor, by what it is without each stretch.
-fn jackknife(left_out: &[Vec<f64>], c: usize) -> f64 {
-    let n = left_out.len() as f64;
-    let mean = left_out.iter().map(|f| f[c]).sum::<f64>() / n;
-    let square: f64 = left_out.iter().map(|f| (f[c] - mean).powi(2)).sum();
-    ((n - 1.0) / n * square).sqrt()
 }
 
 /// Factors as terms with values and intervals, and inertias.

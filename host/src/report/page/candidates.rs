@@ -6,7 +6,7 @@ use super::contents::{Candidate, Packed};
 use super::samples;
 use super::version::Version;
 use super::words;
-use crate::diagnose::Ranked;
+use crate::diagnose::{Diagnosis, Ranked};
 use crate::model::effects::is_correction;
 use crate::model::time_history::{TimeHistory, add_forces};
 use crate::report::axis_history;
@@ -53,11 +53,7 @@ pub(super) fn gather(asked: &Asked<'_>, version: &Version<'_>) -> Result<Candida
     };
     let ranked = &diagnosis.ranked[..diagnosis.ranked.len().min(MOST)];
     let axes: Vec<&str> = asked.study.axes.iter().map(|a| a.name.as_str()).collect();
-    let found = |r: &Ranked| {
-        let mut found = diagnosis.found.iter();
-        found.any(|f| f.effect == r.effect && f.axis == r.axis)
-    };
-    let listed = ranked.iter().map(|r| in_words(r, found(r), &axes));
+    let listed = ranked.iter().map(|r| in_words(r, diagnosis, &axes));
     let judged = version.judged();
     let wanted = ranked
         .first()
@@ -92,20 +88,23 @@ pub(super) fn gather(asked: &Asked<'_>, version: &Version<'_>) -> Result<Candida
     })
 }
 
-fn in_words(ranked: &Ranked, found: bool, axes: &[&str]) -> Candidate {
+fn in_words(ranked: &Ranked, diagnosis: &Diagnosis, axes: &[&str]) -> Candidate {
     let about = Entry::named(ranked.effect.split('*').next().unwrap_or_default()).map(|e| e.about);
     let [least, most] = ranked.error_drop_interval;
     // The scatter of the blocks, about the error that is drawn: that of all rows together.
     let spread = (most / least.max(f64::MIN_POSITIVE)).sqrt();
+    let (as_good, worse) = diagnosis.equivalents(ranked);
+    let owned = |names: Vec<&str>| names.into_iter().map(str::to_owned).collect();
     Candidate {
         name: format!("{}@{}", ranked.effect, ranked.axis),
         title: about.map_or("", |a| a.title).into(),
         axis: axes.iter().position(|a| *a == ranked.axis),
-        found,
+        found: diagnosis.has_found(ranked),
         error_before: ranked.error_before,
         error_after: ranked.error_after,
         interval: [ranked.error_after / spread, ranked.error_after * spread],
-        equivalent: ranked.equivalent.clone(),
+        as_good: owned(as_good),
+        worse: owned(worse),
         experiment: ranked.separating_experiment.clone(),
         values: words::values(about.as_ref(), &ranked.parameters),
     }

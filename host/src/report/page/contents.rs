@@ -331,7 +331,9 @@ pub struct Candidate {
     /// 95 % interval of that.
     pub interval: [f64; 2],
     /// Effects that these records cannot tell from it.
-    pub equivalent: Vec<String>,
+    pub as_good: Vec<String>,
+    /// Effects that are much like it and predict worse.
+    pub worse: Vec<String>,
     /// The experiment that would.
     pub experiment: String,
     /// The parameters with their values.

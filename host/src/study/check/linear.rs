@@ -1,12 +1,13 @@
 //! A small least-squares fit over blocks of rows, with errors from leaving out one block at a time:
 //! enough to be sure of a sign.
 
-use crate::study::series::dot;
+use crate::study::series::jackknife;
+use nalgebra::{DMatrix, DVector};
 
 /// Sums over one block of rows.
 struct Block {
-    gram: Vec<Vec<f64>>,
-    target: Vec<f64>,
+    gram: DMatrix<f64>,
+    target: DVector<f64>,
 }
 
 /// A fit of a target by a few columns and a constant.
@@ -57,19 +58,15 @@ impl Linear {
         let width = self.columns + 1;
         for block in 0..blocks {
             let (from, to) = (block * rows / blocks, (block + 1) * rows / blocks);
-            let mut gram = vec![vec![0.0; width]; width];
-            let mut sums = vec![0.0; width];
-            let mut row = vec![1.0; width];
+            let mut gram = DMatrix::zeros(width, width);
+            let mut sums = DVector::zeros(width);
+            let mut row = DVector::from_element(width, 1.0);
             for at in from..to {
                 for (cell, column) in row.iter_mut().zip(columns) {
                     *cell = column[at];
                 }
-                for (i, a) in row.iter().enumerate() {
-                    for (j, b) in row.iter().enumerate().take(i + 1) {
-                        gram[i][j] += a * b;
-                    }
-                    sums[i] += a * target[at];
-                }
+                gram.syger(1.0, &row, &row, 1.0);
+                sums.axpy(target[at], &row, 1.0);
                 self.target_square += target[at] * target[at];
                 self.target_sum += target[at];
             }
@@ -95,19 +92,12 @@ impl Linear {
         let used: Vec<usize> = kept.iter().copied().chain([self.columns]).collect();
         let width = used.len();
         let sum_without = |left_out: Option<usize>| {
-            let mut gram = vec![vec![0.0; width]; width];
-            let mut target = vec![0.0; width];
+            let mut gram = DMatrix::zeros(width, width);
+            let mut target = DVector::zeros(width);
             for (index, block) in self.blocks.iter().enumerate() {
-                if Some(index) == left_out {
-                    continue;
-                }
-                for (i, (row, of)) in gram.iter_mut().zip(&used).enumerate() {
-                    // The lower triangle.
-                    row.iter_mut()
-                        .zip(&used)
-                        .take(i + 1)
-                        .for_each(|(sum, by)| *sum += block.gram[*of][*by]);
-                    target[i] += block.target[*of];
+                if Some(index) != left_out {
+                    gram += block.gram.select_rows(&used).select_columns(&used);
+                    target += block.target.select_rows(&used);
                 }
             }
             (gram, target)
@@ -118,16 +108,12 @@ impl Linear {
         }
         let (gram, target) = sum_without(None);
         let all = solve(&gram, &target)?;
-        let mut squares = vec![0.0; kept.len()];
-        for block in 0..count {
+        let parts = (0..count).map(|block| {
             let (gram, target) = sum_without(Some(block));
-            let part = solve(&gram, &target)?;
-            for (square, (a, b)) in squares.iter_mut().zip(part.iter().zip(&all)) {
-                *square += (a - b) * (a - b);
-            }
-        }
-        let jackknife = (count - 1) as f64 / count as f64;
-        let explained = dot(&all, &target);
+            solve(&gram, &target)
+        });
+        let parts: Vec<DVector<f64>> = parts.collect::<Option<_>>()?;
+        let explained = all.dot(&target);
         let variance = self.target_square - self.target_sum * self.target_sum / self.rows as f64;
         let mut fitted = Fitted {
             coefficients: vec![0.0; self.columns],
@@ -136,55 +122,29 @@ impl Linear {
             rest: ((self.target_square - explained) / variance).max(0.0),
         };
         for (i, column) in kept.iter().copied().enumerate() {
-            let mean = gram[width - 1][i] / self.rows as f64;
-            let moving = (gram[i][i] / self.rows as f64 - mean * mean).max(0.0);
+            let mean = gram[(width - 1, i)] / self.rows as f64;
+            let moving = (gram[(i, i)] / self.rows as f64 - mean * mean).max(0.0);
             fitted.coefficients[column] = all[i];
-            fitted.errors[column] = (jackknife * squares[i]).sqrt();
+            fitted.errors[column] = jackknife(parts.iter().map(|part| part[i]));
             fitted.shares[column] = all[i].abs() * (moving * self.rows as f64 / variance).sqrt();
         }
         Some(fitted)
     }
 }
 
-/// Cholesky on the scaled matrix, whose lower triangle is given; `None` when a column says nothing
-/// of its own.
-fn solve(gram: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
-    let width = target.len();
-    let scales: Vec<f64> = (0..width).map(|i| gram[i][i].sqrt()).collect();
-    if !scales.iter().all(|s| *s > 0.0 && s.is_finite()) {
-        return None;
-    }
-    let mut root = vec![vec![0.0; width]; width];
-    for i in 0..width {
-        for j in 0..=i {
-            let before: f64 = (0..j).map(|k| root[i][k] * root[j][k]).sum();
-            let value = gram[i][j] / (scales[i] * scales[j]) - before;
-            if i == j {
-                if value < 1e-12 {
-                    return None;
-                }
-                root[i][i] = value.sqrt();
-            } else {
-                root[i][j] = value / root[j][j];
-            }
-        }
-    }
-    let mut solution: Vec<f64> = (0..width).map(|i| target[i] / scales[i]).collect();
-    for i in 0..width {
-        let before: f64 = (0..i).map(|k| root[i][k] * solution[k]).sum();
-        solution[i] = (solution[i] - before) / root[i][i];
-    }
-    for i in (0..width).rev() {
-        let after: f64 = (i + 1..width).map(|k| root[k][i] * solution[k]).sum();
-        solution[i] = (solution[i] - after) / root[i][i];
-    }
-    Some(
-        solution
-            .iter()
-            .zip(&scales)
-            .map(|(s, scale)| s / scale)
-            .collect(),
-    )
+/// The smallest part of a column, as a power, that may be its own.
+const OWN: f64 = 1e-12;
+
+/// Solves by the lower triangle; `None` when a column says nothing of its own.
+fn solve(gram: &DMatrix<f64>, target: &DVector<f64>) -> Option<DVector<f64>> {
+    let scales = gram.diagonal().map(f64::sqrt);
+    let scaled = DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| {
+        gram[(i, j)] / (scales[i] * scales[j])
+    });
+    let root = scaled.cholesky()?;
+    let own = root.l_dirty().diagonal().map(|own| own * own);
+    let solution = root.solve(&target.component_div(&scales));
+    (own.min() >= OWN).then(|| solution.component_div(&scales))
 }
 
 #[cfg(test)]

@@ -43,8 +43,11 @@ function candidateWords(candidate) {
   const values = candidate.values.map((v) => `${v.meaning} ${v.symbol} = ${significant(v.value, 4)}${unitText(v.unit)}`);
   const parts = [element("p", {}, element("strong", {}, candidate.title || candidate.name),
     values.length ? ` with ${values.join(", ")}.` : ".")];
-  if (candidate.equivalent.length) {
-    parts.push(element("p", {}, `These records cannot tell it from ${candidate.equivalent.join(", ")}. To tell them apart: ${candidate.experiment}`));
+  if (candidate.as_good.length) {
+    parts.push(element("p", {}, `These records cannot tell it from ${candidate.as_good.join(", ")}. To tell them apart: ${candidate.experiment}`));
+  }
+  if (candidate.worse.length) {
+    parts.push(element("p", {}, `Much like it, but worse here: ${candidate.worse.join(", ")}.`));
   }
   return parts;
 }
