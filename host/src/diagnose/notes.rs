@@ -5,6 +5,7 @@ use super::criteria;
 use super::decide::Decision;
 use super::errors::{constants, strongest_line};
 use super::learner::Knows;
+use super::search::bench::moving;
 use super::search::{Refuted, Search};
 use crate::assess::noise_floor::Floor;
 use crate::fit::coverage;
@@ -268,6 +269,28 @@ pub(super) fn of_constants(
         })
     });
     each.collect()
+}
+
+/// A sentence for every axis whose force is mostly a constant: an error beside all of it says little
+/// of what moves.
+pub(super) fn mostly_constant(
+    records: &Records<'_>,
+    [before, after]: [&[f64]; 2],
+    (names, on): (&[&str], JudgedOn),
+) -> Vec<String> {
+    let axes = names.iter().enumerate();
+    let axes = axes.map(|(axis, name)| (axis, name, moving(records, axis)));
+    axes.filter(|(.., moving)| *moving > 0.0 && 1.0 - moving > MOST_OF_IT)
+        .map(|(axis, name, moving)| {
+            let [before, after] = [before, after].map(|errors| rounded(errors[axis] / moving.sqrt()));
+            format!(
+                "axis {name}: {:.4} % of the power of its force on the {} is constant, and errors are relative to all of it; relative to what \
+                 varies, the error goes from {before} to {after}",
+                100.0 * (1.0 - moving),
+                on.words()
+            )
+        })
+        .collect()
 }
 
 /// Effects that may be pieces of a shape without a name.

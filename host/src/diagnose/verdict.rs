@@ -8,7 +8,9 @@ use super::criteria;
 use super::decide::Decision;
 use super::errors::{Unseen, relative_errors};
 use super::in_words;
-use super::notes::{follows_already, in_notes, never_rests, of_constants, of_motion, refutations};
+use super::notes::{
+    follows_already, in_notes, mostly_constant, never_rests, of_constants, of_motion, refutations,
+};
 use super::search::{Given, Search, search};
 use crate::assess::compare;
 use crate::assess::data_checks::{self, Finding};
@@ -123,13 +125,21 @@ pub(super) fn answer(
     let serious = wrong.iter().any(|f| is_fault(f, &search)) || !short.is_empty();
     let verdict = verdict(&powers, serious, found.is_empty());
     let per_axis = |values: &[f64]| named(&names, values);
-    let noise = noise(study, model, &judged, &as_logged);
+    let held = held(study, &judged);
+    let held = Records::new(&study.axes, &held, &model.filters.band);
+    let noise = as_logged.iter().zip(&held.references.force);
+    let noise: Vec<f64> = noise.map(|(floor, force)| floor.rms / force).collect();
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
     let new = added(&search);
     let (before, after) = match model.base {
         Base::None(_) => (before, after),
         _ => errors_of_the_model(study, prepared, model, &new, &mut notes)?,
     };
+    notes.extend(mostly_constant(
+        &held,
+        [&before, &after],
+        (&names, unseen.judged_on()),
+    ));
     let absorbed = absorbed(study, prepared, model, &new)?;
     notes.extend(absorbed.iter().map(|a| follows_already(model, a)));
     let (decisions, zeros) = (&search.decisions, search.zeros_found());
@@ -184,16 +194,13 @@ fn named(names: &[&str], values: &[f64]) -> PerAxis {
     names.zip(values.iter().copied()).collect()
 }
 
-/// The noise of every axis, relative to the force of the validation records, or of the training
-/// records where there are none.
-fn noise(study: &Study, model: &ModelFile, judged: &Prepared, floors: &[Floor]) -> Vec<f64> {
-    let held = match judged.validation(study) {
+/// The rows that errors are told of: those of the validation records, or of the training records
+/// where there are none.
+fn held<'a>(study: &Study, judged: &'a Prepared) -> Vec<&'a Motion> {
+    match judged.validation(study) {
         none if none.is_empty() => judged.training(study),
         held => held,
-    };
-    let held = Records::new(&study.axes, &held, &model.filters.band);
-    let pairs = floors.iter().zip(&held.references.force);
-    pairs.map(|(floor, force)| floor.rms / force).collect()
+    }
 }
 
 /// A sentence for every axis on which the records are too short to try an effect of two parameters
@@ -271,7 +278,8 @@ fn unmeasured(
     let noise = floor.rms / learnt.references.force[axis];
     let left = decision.left.min(last);
     let above = (left * left - noise * noise).max(0.0);
-    let share = criteria::ZERO.hypot(criteria::GAIN);
+    // A load that stands still is no yardstick for what moves.
+    let share = criteria::ZERO.hypot(criteria::GAIN) * decision.moving.sqrt();
     if as_logged.acts_at_rest && noise > share {
         return noise * noise;
     }

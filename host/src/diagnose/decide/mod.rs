@@ -3,6 +3,7 @@
 
 pub(super) mod chances;
 pub(super) mod curve;
+mod rivals;
 
 use crate::diagnose::criteria;
 use crate::diagnose::learner::{Inputs, Knows, Left, Taken};
@@ -11,9 +12,10 @@ use crate::diagnose::search::hypothesis::{Column, Hypothesis};
 use crate::diagnose::search::rank::{Field, ScoredHypothesis, look, rank};
 use crate::model::effects::AxisEffect;
 use crate::study::series::{dot, rms};
-use chances::{Chances, Rivals, falls, is_gained, mean_and_error};
+use chances::{Chances, falls, is_gained, mean_and_error};
 use curve::Curve;
 use rayon::prelude::*;
+use rivals::Rivals;
 
 /// Steps in which a hypothesis is found anew without one of its effects.
 const STEPS: usize = 8;

@@ -85,7 +85,7 @@ pub(crate) fn least_share(records: &Records<'_>, axis: usize) -> f64 {
 
 /// Mean square of an axis's force about its mean, beside its mean square: a load that stands still
 /// is no yardstick for what moves.
-fn moving(records: &Records<'_>, axis: usize) -> f64 {
+pub(crate) fn moving(records: &Records<'_>, axis: usize) -> f64 {
     let force = &records.measured[rows_of(records, axis)];
     let power = mean_product(force, force).max(f64::MIN_POSITIVE);
     let mean = mean(force);

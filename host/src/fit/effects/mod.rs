@@ -173,6 +173,7 @@ pub(crate) fn assemble(
             );
         }
         warnings.extend(out_of_order(bound, values, &names));
+        warnings.extend(pushes_away(bound, &intervals, &names));
         found.push(FittedEffect {
             bound: *bound,
             values: values.clone(),
@@ -284,9 +285,11 @@ fn of_shape(
     let relative = value / reference;
     let at_edge = relative <= shape.least * 1.001 || relative >= shape.most * 0.999;
     let doubt = (at_edge && !shape.is_given()).then(|| {
-        format!(
-            "stands at the edge of what was searched, {value:.3e}: these records do not determine it"
-        )
+        let why = match interval {
+            Some(_) => "what fits best may lie beyond, where the law is another one",
+            None => "these records do not determine it",
+        };
+        format!("stands at the edge of what was searched, {value:.3e}: {why}")
     });
     (interval, doubt)
 }
@@ -306,6 +309,23 @@ fn out_of_order(bound: &AxisEffect, values: &[f64], names: &[&str]) -> Vec<Strin
             )
         })
         .collect()
+}
+
+/// What is said of a spring that surely pushes away from its middle.
+fn pushes_away(
+    bound: &AxisEffect,
+    intervals: &[Option<[f64; 2]>],
+    names: &[&str],
+) -> Option<String> {
+    let surely = matches!(intervals, [Some([_, high])] if *high < 0.0);
+    let is_spring = bound.entry.about.name == "stiffness" && bound.input.is_none();
+    (is_spring && surely).then(|| {
+        format!(
+            "{} is below 0, a spring that pushes away from its middle, as a magnet's or an inverted pendulum's does: if the joint has none, an \
+             effect is missing or another one takes its place",
+            bound.name(names)
+        )
+    })
 }
 
 /// What is said of an inertia that is held at its smallest physical value.

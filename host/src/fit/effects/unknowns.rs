@@ -124,16 +124,20 @@ pub(crate) const MAX_FORCE: f64 = 3.0;
 /// velocity make: a stop of that stiffness is pressed by a thousandth of the motion.
 const MOST: f64 = 1e3;
 
+/// Part of a stated inertia by which it may be too large: nobody weighs twice of what is there, and
+/// records that seem to say so have another cause. Much may be left out, as a motor's rotor is.
+const MAX_TOO_LARGE: f64 = 0.5;
+
 /// The least and the most of a parameter that the force is proportional to: a strength that has to
-/// be positive is not below nothing, an inertia is not less than stated by all that is stated, and
-/// the gain of a channel is one that can be put right.
+/// be positive is not below nothing, an inertia is at least half of what is stated, and the gain
+/// of a channel is one that can be put right.
 fn bounds(bound: &AxisEffect, parameter: &Parameter, records: &Records<'_>) -> [f64; 2] {
     match bound.entry.about.name {
         _ if bound.is_positive(parameter) => [0.0, f64::INFINITY],
         "force_gain" => [-MAX_GAIN, MAX_GAIN],
         "inertia_error" => {
             let stated = records.inertias[bound.axis].unwrap_or(f64::INFINITY);
-            [-stated, f64::INFINITY]
+            [-MAX_TOO_LARGE * stated, f64::INFINITY]
         }
         _ => [f64::NEG_INFINITY, f64::INFINITY],
     }
