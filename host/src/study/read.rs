@@ -16,6 +16,7 @@ use super::time::second_logger::Wants;
 use super::{Record, Role, Study, time};
 use crate::text::error::{Error, Result, in_order};
 use crate::text::input;
+use crate::text::table::first_few;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -463,7 +464,7 @@ fn unused(
         };
         notes.push(format!(
             "columns not used in {files}: {}",
-            columns.join(", ")
+            first_few(columns, 8)
         ));
     }
     let mut everywhere = logs

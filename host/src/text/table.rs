@@ -188,6 +188,16 @@ fn is_number(cell: &str) -> bool {
     number && words.count() <= 1
 }
 
+/// The first names of a list that there is room for, and how many more there are; one more than
+/// that stands in its place.
+pub fn first_few(names: &[String], room: usize) -> String {
+    if names.len() <= room + 1 {
+        return names.join(", ");
+    }
+    let more = names.len() - room;
+    format!("{} and {more} more", names[..room].join(", "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

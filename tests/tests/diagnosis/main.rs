@@ -15,3 +15,4 @@ mod one_sided;
 mod physical;
 mod state_inputs;
 mod temperature;
+mod told;

@@ -14,7 +14,7 @@ use crate::model::{corrections, effects};
 use crate::report::page::Asked;
 use crate::report::steps;
 use crate::text::error::{Error, Result};
-use crate::text::table::{Table, quantity};
+use crate::text::table::{Table, first_few, quantity};
 use clap::Args;
 use jointwatch_shared::effect::Entry;
 use serde::Serialize;
@@ -295,7 +295,7 @@ fn candidates(diagnosis: &Diagnosis) -> Table {
             format!("{:.2}", candidate.probability),
             format!("{:.4}", candidate.error_before),
             format!("{:.4}", candidate.error_after),
-            first_few(&candidate.equivalent),
+            first_few(&candidate.equivalent, 3),
         ]);
     }
     table
@@ -309,16 +309,6 @@ fn of_no_effect(diagnosis: &Diagnosis) -> String {
         of("none"),
         of("unknown")
     )
-}
-
-/// The first names of a list that a row has room for, and how many more there are.
-fn first_few(names: &[String]) -> String {
-    const ROOM: usize = 3;
-    if names.len() <= ROOM + 1 {
-        return names.join(", ");
-    }
-    let more = names.len() - ROOM;
-    format!("{} and {more} more", names[..ROOM].join(", "))
 }
 
 /// The values of a candidate, in words.
