@@ -148,10 +148,20 @@ fn one_way(axes: &[Axis], training: &[&Motion]) -> Vec<String> {
         forward.max(back) > ONE_WAY * (forward + back)
     };
     let axes = axes.iter().enumerate().filter(|(i, _)| goes_one_way(*i));
-    axes.map(|(_, axis)| {
+    axes.map(|(index, axis)| {
+        let all = training.iter().flat_map(|m| velocity(m, index));
+        let all: Vec<f64> = all.copied().collect();
+        let zero = match axis.velocity_alone {
+            false => String::new(),
+            true => format!(
+                "; the mean of its velocity is {} {}/s: where that is the zero of the sensor, give the channel an offset",
+                rounded(mean(&all)),
+                unit(axis)
+            ),
+        };
         format!(
             "axis {} goes one way in all training records: there dry friction passes for a constant force, and a force that remembers for a \
-             spring that bends; let a record of the other way train",
+             spring that bends; let a record of the other way train{zero}",
             axis.name
         )
     })
@@ -332,6 +342,12 @@ mod tests {
         assert_eq!(one_way(axes, &[&forth, &back]), [""; 0]);
         assert_eq!(one_way(axes, &[&ahead]), [""; 0]);
         assert_eq!(one_way(axes, &[]), [""; 0]);
+        // A velocity that alone was logged may have a zero of its own.
+        let mut alone = axes.to_vec();
+        assert!(!one_way(&alone, &[&forth])[0].contains("offset"));
+        alone[0].velocity_alone = true;
+        let said = &one_way(&alone, &[&forth])[0];
+        assert!(said.contains("the mean of its velocity is 0.5"), "{said}");
     }
 
     #[test]
