@@ -44,7 +44,8 @@ pub struct Ranked {
     pub effect: String,
     /// The axis, or `both`.
     pub axis: String,
-    /// Effects that these records cannot tell from it.
+    /// Effects that explain nearly the same force; [`Diagnosis::equivalents`] says which of them
+    /// these records cannot tell from it.
     pub equivalent: Vec<String>,
     /// How likely it is that it acts, by the records: 0 to 1.
     pub probability: f64,
