@@ -230,18 +230,53 @@ impl Diagnosis {
 
     /// What is said where most of what is missing has no name, in one or two sentences.
     pub fn unknown_in_words(&self) -> String {
-        if self.found.is_empty() {
+        let chance = |found: &Found| {
+            let mut candidates = self.found_candidates();
+            let own = candidates.find(|r| r.effect == found.effect && r.axis == found.axis);
+            own.map_or(0.0, |r| r.group_probability)
+        };
+        let found = self.found.iter();
+        unknown_in_words(found.map(|found| (found.name(), chance(found))))
+    }
+}
+
+/// The same of effects that were found, each with how likely it is that it or one of its
+/// equivalents acts.
+fn unknown_in_words(found: impl Iterator<Item = (String, f64)>) -> String {
+    let (likely, others): (Vec<_>, Vec<_>) = found.partition(|(_, chance)| *chance >= LIKELY);
+    let [likely, others] = [likely, others].map(|found| {
+        let names: Vec<String> = found.into_iter().map(|(name, _)| name).collect();
+        names.join(", ")
+    });
+    let part = match likely.as_str() {
+        "" if others.is_empty() => {
             return "Something is missing that is not in the library.".into();
         }
-        let found: Vec<String> = self.found.iter().map(Found::name).collect();
-        let found = found.join(", ");
-        let chances = self.found_candidates().map(|r| r.group_probability);
-        let likeliest = chances.fold(0.0, f64::max);
-        if likeliest < LIKELY {
-            return format!(
-                "What is missing has no name yet. What comes nearest may only look like a part of it (probability {likeliest:.2}): {found}."
-            );
+        "" => "What is missing has no name yet.".into(),
+        likely => {
+            format!("Most of what is missing has no name yet. A part of it has: {likely}.")
         }
-        format!("Most of what is missing has no name yet. A part of it has: {found}.")
+    };
+    match others.as_str() {
+        "" => part,
+        others => format!("{part} {others} may only look like a part of it."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unknown_in_words;
+
+    #[test]
+    fn what_is_likelier_to_imitate_than_to_act_is_no_part_of_what_is_missing() {
+        let said = |found: &[(&str, f64)]| {
+            unknown_in_words(found.iter().map(|(name, chance)| ((*name).into(), *chance)))
+        };
+        assert!(said(&[]).contains("not in the library"));
+        assert_eq!(
+            said(&[("dahl@x", 0.8), ("cogging@x", 0.2)]),
+            "Most of what is missing has no name yet. A part of it has: dahl@x. cogging@x may only look like a part of it."
+        );
+        assert!(!said(&[("cogging@x", 0.2)]).contains("A part of it has"));
     }
 }
