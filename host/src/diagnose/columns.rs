@@ -6,7 +6,7 @@
 //! predict unseen blocks better is an input, whatever the law.
 
 use super::base::base_of;
-use super::decide::chances::is_gained;
+use super::decide::gains::is_gained;
 use super::errors::shapes_of;
 use super::learner::{Inputs, Knows, Taken};
 use super::search::bench::Bench;

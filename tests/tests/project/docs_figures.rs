@@ -79,7 +79,7 @@ fn readme_states_what_the_campaign_of_the_notebook_gave() {
     let stated = numbers(stated.expect("README has a row of the campaign"));
     let notebook = page("docs/notebook/hidden-effects.md");
     let named = row(&notebook, "effects of the library, named first");
-    let told = row(&notebook, "the same, or told as one that the records");
+    let told = row(&notebook, "the same, or told as much like the first");
     assert_eq!(stated, [named[0], named[1], told[1]]);
 }
 

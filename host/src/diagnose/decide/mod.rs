@@ -1,8 +1,9 @@
 //! The decision on one axis: the simplest hypothesis that no other beats by more than chance, how
 //! likely each effect is, and what is left.
 
-pub(super) mod chances;
+mod chances;
 pub(super) mod curve;
+pub(super) mod gains;
 mod rivals;
 
 use crate::diagnose::criteria;
@@ -12,8 +13,9 @@ use crate::diagnose::search::hypothesis::{Column, Hypothesis};
 use crate::diagnose::search::rank::{Field, ScoredHypothesis, look, rank};
 use crate::model::effects::AxisEffect;
 use crate::study::series::{dot, rms};
-use chances::{Chances, falls, is_gained, mean_and_error};
+use chances::Chances;
 use curve::Curve;
+use gains::{falls, is_gained, mean_and_error};
 use rayon::prelude::*;
 use rivals::Rivals;
 

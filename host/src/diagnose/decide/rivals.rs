@@ -3,7 +3,7 @@
 //! Of two sets that lose to the best by no more than chance the one with a number more has half the
 //! part. A set that holds another one of them has none, for it says nothing new.
 
-use super::chances::falls;
+use super::gains::falls;
 use crate::diagnose::criteria;
 use crate::diagnose::search::bench::Bench;
 use crate::diagnose::search::rank::ScoredHypothesis;

@@ -12,7 +12,7 @@ pub(crate) mod start;
 pub(super) mod zeros;
 
 use crate::diagnose::criteria;
-use crate::diagnose::decide::chances::{falls, is_gained, is_raised, is_refuted, mean_and_error};
+use crate::diagnose::decide::gains::{falls, is_gained, is_raised, is_refuted, mean_and_error};
 use crate::diagnose::decide::{Decision, decide};
 use crate::diagnose::errors::{Unseen, relative_errors, shapes_of};
 use crate::fit::effects::columns::Records;

@@ -9,7 +9,7 @@ use super::hypothesis::Hypothesis;
 use super::rank::look;
 use super::score::Score;
 use crate::diagnose::criteria;
-use crate::diagnose::decide::chances::{chance_of_gain, falls, is_gained, mean_and_error};
+use crate::diagnose::decide::gains::{chance_of_gain, falls, is_gained, mean_and_error};
 use crate::fit::effects::columns::Records;
 use crate::model::effects::AxisEffect;
 use crate::study::series::{extent, mean};
