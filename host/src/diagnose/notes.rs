@@ -271,8 +271,8 @@ pub(super) fn of_constants(
     each.collect()
 }
 
-/// A sentence for every axis whose force is mostly a constant: an error beside all of it says little
-/// of what moves.
+/// A sentence for every axis whose force is mostly a constant: an error beside all of it says
+/// little of what moves.
 pub(super) fn mostly_constant(
     records: &Records<'_>,
     [before, after]: [&[f64]; 2],
