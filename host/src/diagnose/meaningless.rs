@@ -187,4 +187,28 @@ mod tests {
         slope(&mut model, -1000.0);
         assert_eq!(all_unphysical(&records, &model).unwrap(), [""; 0]);
     }
+
+    #[test]
+    fn an_inertia_is_at_least_half_of_what_is_stated() {
+        let text = "sample_rate_hz = 500.0\n[[axis]]\nname = \"x\"\nkind = \"translation\"\ndisplacement = \"x\"\nforce = \"F\"\n\
+                    inertia = 2\n[[record]]\nfile = \"a\"\nrole = \"train\"\n[base]\nterms = [\"stiffness@x\"]\n";
+        let wave = |size: f64| (0..4000).map(move |row| size * (0.05 * f64::from(row)).sin());
+        let log = MemoryLog {
+            name: "a".into(),
+            columns: vec![
+                ("x".into(), wave(1e-3).collect()),
+                ("F".into(), wave(5.0).collect()),
+            ],
+        };
+        let study = Study::of_memory("memory", text, &[log]).unwrap();
+        let model = identify::physical(&study).unwrap().model;
+        let motions = motions(&study, &model.filters).unwrap();
+        let motions: Vec<&Motion> = motions.iter().collect();
+        let records = Records::new(&study.axes, &motions, &model.filters.band);
+        let error = AxisEffect::parse("inertia_error@x", &["x"]).unwrap();
+        // A rotor may have been left out, but nobody weighs twice of what is there.
+        for (kg, can_be) in [(-1.1, false), (-0.9, true), (3.0, true)] {
+            assert_eq!(is_physical(&error, &[kg], &records), can_be, "{kg} kg");
+        }
+    }
 }
