@@ -243,11 +243,14 @@ fn learnt_without_vanished(
         return Ok(learnt);
     }
     let mut learnt = learnt_with(study, prepared, model, &terms)?;
-    learnt.warnings.push(format!(
-        "{} takes the place of {}, which would have no strength beside it",
-        added.join(", "),
-        gone.join(", ")
-    ));
+    let gone = gone.join(", ");
+    learnt.warnings.push(match added {
+        [] => format!("{gone} is left out, which would have no strength beside the others"),
+        _ => format!(
+            "{} takes the place of {gone}, which would have no strength beside it",
+            added.join(", ")
+        ),
+    });
     Ok(learnt)
 }
 

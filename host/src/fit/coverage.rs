@@ -259,6 +259,7 @@ mod tests {
                 controller: Controller::default(),
                 encoder_step: None,
                 velocity_alone: false,
+                integrated_above_hz: None,
             })
             .to_vec()
     }

@@ -17,7 +17,8 @@
 //!   contact is in the tail: with two, the corners of a clearance are gone. Lines count wherever
 //!   they are, so a stepped sine keeps its harmonics. Short records of slow motion would be left
 //!   with too few independent rows to try an effect; theirs is widened to five nines, as far as
-//!   they need it.
+//!   they need it. Where the displacement is an acceleration integrated above some frequency, what
+//!   the force does below that cannot be compared with any motion, so it does not count.
 
 use super::design::NARROWEST_DERIVATIVE;
 use super::spectrum::{Accumulator, DISPLACEMENT_FLOOR, SEGMENT, Spectrum, floor_of};
@@ -100,7 +101,11 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
                 0.0 => floor_of(&spectrum, FORCE_FLOOR),
                 _ => floor_of(&with_inertia(0.0), FORCE_FLOOR),
             };
+            let known_hz = axis.integrated_above_hz.unwrap_or(0.0);
             let level = |hz: f64| {
+                if hz < known_hz {
+                    return f64::INFINITY;
+                }
                 let derived = of_motion * (std::f64::consts::TAU * hz).powi(2 * derivatives);
                 STANDS_OUT * of_force.max(derived)
             };
@@ -108,7 +113,9 @@ pub fn common_band_hz(study: &Study, motions: &[Motion], state_band_hz: f64) -> 
             let clear = power_edge(&spectrum, level, state_band_hz, NEARLY_ALL);
             match edge > 0.0 {
                 true => edge.max(clear.min(enough_hz)),
-                // Nothing stands out: no band is better than another, but some have too few rows.
+                // Nothing stands out: no band is better than another, but some have too few rows,
+                // or none of the motion.
+                false if known_hz > 0.0 => state_band_hz,
                 false => enough_hz,
             }
         })

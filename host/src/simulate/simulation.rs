@@ -164,6 +164,7 @@ fn axes(options: &SimulationOptions) -> Vec<Axis> {
         controller: Controller::default(),
         encoder_step: options.quantised.then_some(ENCODER_STEP[index]),
         velocity_alone: false,
+        integrated_above_hz: None,
     };
     let rig = &options.rig;
     let mut axes = vec![

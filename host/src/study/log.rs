@@ -71,6 +71,8 @@ pub(crate) struct Table {
     /// The rows, as they stand in the file, at which a further block begins, below a heading of
     /// its own.
     pub(crate) blocks: Vec<usize>,
+    /// The sample rate that the file states beside its columns, Hz, and what it calls it.
+    pub(crate) rate: Option<(String, f64)>,
 }
 
 impl Table {
@@ -83,6 +85,7 @@ impl Table {
             cut: false,
             notes: Vec::new(),
             blocks: Vec::new(),
+            rate: None,
         }
     }
 }

@@ -107,6 +107,9 @@ pub struct Axis {
     /// Whether the velocity alone was logged: the displacement is its integral.
     #[serde(default)]
     pub velocity_alone: bool,
+    /// Above which frequency the displacement is an acceleration integrated twice, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub integrated_above_hz: Option<f64>,
 }
 
 /// A controller of the body's position: its force grows by `−kp·b − kd·ḃ` with the position b,

@@ -108,6 +108,18 @@ impl Study {
                 ));
             }
         }
+        let known_hz = axes.iter().filter_map(|axis| axis.integrated_above_hz);
+        let known_hz = known_hz.fold(0.0, f64::max);
+        if let Some(band) = said.band_hz.as_ref().filter(|hz| *hz.get_ref() <= known_hz) {
+            return Err(source.wrong(
+                band,
+                format!(
+                    "band_hz = {} leaves nothing of a displacement that is integrated above {known_hz} Hz; raise it or leave it out, or lower \
+                     integrate_above_hz",
+                    band.get_ref()
+                ),
+            ));
+        }
         Ok(Self {
             quasi_static: said.is_quasi_static(),
             name: said

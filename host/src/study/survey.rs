@@ -147,6 +147,8 @@ pub struct Survey {
     /// Where the blocks of the file begin and end that have a heading each, or a time that begins
     /// anew, unless their time goes on from one to the next.
     pub(crate) blocks: Vec<[usize; 2]>,
+    /// The sample rate that the file states beside its columns, Hz, and what it calls it.
+    pub(crate) rate: Option<(String, f64)>,
 }
 
 impl Survey {
@@ -223,6 +225,7 @@ impl Survey {
         Ok(Self {
             time,
             blocks,
+            rate: table.rate,
             first_row: 0,
             is_part: false,
             format: table.format,
@@ -261,16 +264,11 @@ impl Survey {
         let heading = heading.map(|(name, own)| if *own { name.clone() } else { String::new() });
         Self {
             time: time_of(&columns),
-            columns,
-            rows: if end < looked_at { end } else { self.rows },
             heading: heading.collect(),
             states_heading: true,
             is_part: end < looked_at,
             first_row: 0,
-            blocks: Vec::new(),
-            file: self.file.clone(),
-            format: self.format.clone(),
-            notes: self.notes.clone(),
+            ..self.holding(columns, if end < looked_at { end } else { self.rows })
         }
     }
 
@@ -301,6 +299,7 @@ impl Survey {
             columns,
             rows,
             blocks: Vec::new(),
+            rate: self.rate.clone(),
             first_row: self.first_row,
             is_part: self.is_part,
             heading: self.heading.clone(),

@@ -38,6 +38,7 @@ fn axes() -> Vec<Axis> {
         controller: Controller::default(),
         encoder_step: None,
         velocity_alone: false,
+        integrated_above_hz: None,
     };
     vec![
         axis("x", AxisKind::Translation),

@@ -74,6 +74,7 @@ fn study(convention: Convention, accelerometer: bool) -> Study {
             controller: Controller::default(),
             encoder_step: None,
             velocity_alone: false,
+            integrated_above_hz: None,
         }],
         records: vec![Record {
             inputs: Vec::new(),

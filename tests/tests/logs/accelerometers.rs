@@ -2,6 +2,7 @@
 
 use super::free_motion::noise;
 use jointwatch::model::file::ModelFile;
+use jointwatch::study::{Study, mistakes};
 use jointwatch_tests::program::{fail, says, succeed};
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -121,6 +122,36 @@ fn what_cannot_be_integrated_is_refused() {
     // An acceleration as a displacement by mistake.
     let said = study("displacement = \"acc [g]\"");
     assert!(said.contains("\"g\""), "{said}");
+}
+
+/// Where the displacement begins at 12 Hz, the drive's lines below that say nothing of the joint.
+#[test]
+fn the_band_reaches_what_is_known_of_an_integrated_displacement() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    logs(folder);
+    let study = |band: &str| {
+        let text = format!(
+            "time = \"t [s]\"\n{band}\n[[axis]]\nname = \"x\"\nkind = \"translation\"\nforce = \"load [N]\"\n\
+             displacement = \"acc [g]\"\nacceleration = \"acc [g]\"\nintegrate_above_hz = 12.0\ninertia = {MASS}\n\
+             restoring_force = \"inertia_minus_force\"\n[[record]]\nfile = \"a.csv\"\nrole = \"train\"\n\
+             [base]\nterms = [\"stiffness@x\"]\n"
+        );
+        fs::write(folder.join("study.toml"), text).unwrap();
+    };
+    study("");
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let model = ModelFile::read(&folder.join("model.json")).unwrap();
+    assert!(model.filters.band_hz > 12.0, "{}", model.filters.reason);
+    // The displacement is made of the accelerometer, which says nothing of its sign.
+    let told = mistakes::check(&Study::read(&folder.join("study.toml")).unwrap());
+    assert!(
+        !told.iter().any(|said| said.contains("the acceleration")),
+        "{told:?}"
+    );
+    study("band_hz = 8.0");
+    let said = fail(folder, &["identify", ".", "--model", "physical"], 3);
+    says(&said, &["band_hz = 8", "integrated above 12 Hz", "lower"]);
 }
 
 #[test]

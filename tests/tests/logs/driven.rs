@@ -160,6 +160,66 @@ fn a_drive_that_pushes_along_the_velocity_is_told() {
     );
 }
 
+/// Rows of a motion of three tones, and of the force that goes with its acceleration, velocity and
+/// displacement.
+fn rows(force: impl Fn(f64, f64, f64) -> f64) -> String {
+    let mut text = String::from("time (s),height (m),load (N)\n");
+    for row in 0..4000 {
+        let t = f64::from(row) / RATE_HZ;
+        let tones = [(0.31, 0.05), (0.9, 0.03), (1.7, 0.02)];
+        let sum = |order: i32, turn: fn(f64) -> f64| -> f64 {
+            let each = tones
+                .iter()
+                .map(|(hz, size)| size * (TAU * hz).powi(order) * turn(TAU * hz * t));
+            each.sum()
+        };
+        let [x, v, a] = [sum(0, f64::sin), sum(1, f64::cos), -sum(2, f64::sin)];
+        writeln!(text, "{t:.3},{:.6},{:.4}", 1.0 + x, force(a, v, x)).unwrap();
+    }
+    text
+}
+
+/// The weight is much larger than what moves; what else is in the force seems to push, by far less
+/// than the mass.
+#[test]
+fn what_stands_on_a_plate_shows_its_mass_and_its_weight() {
+    let folder = TempDir::new().unwrap();
+    let folder = folder.path();
+    fs::write(
+        folder.join("a.csv"),
+        rows(|a, _, x| 72.0 * (9.81 + a) - 100.0 * x),
+    )
+    .unwrap();
+    let drafted = succeed(folder, &["init", "a.csv", "--yes"]);
+    assert!(!drafted.contains("no inertia shows"), "{drafted}");
+    let study = fs::read_to_string(folder.join("study.toml")).unwrap();
+    says(&study, &["\"preload@x\""]);
+    succeed(folder, &["identify", ".", "--model", "physical"]);
+    let model = ModelFile::read(&folder.join("model.json")).unwrap();
+    near(model.axes[0].inertia, 72.0, 0.03);
+    // At a height of 0.
+    near(value(&model, "preload").abs(), 72.0 * 9.81 + 100.0, 0.03);
+}
+
+#[test]
+fn a_line_under_tension_keeps_it_and_a_damper_about_zero_has_none() {
+    for (tension, is_there) in [(5e4, true), (0.0, false), (40.0, false)] {
+        let folder = TempDir::new().unwrap();
+        fs::write(
+            folder.path().join("a.csv"),
+            rows(|_, v, _| tension + 300.0 * v),
+        )
+        .unwrap();
+        succeed(folder.path(), &["init", "a.csv", "--yes"]);
+        let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+        assert_eq!(
+            study.contains("\"preload@x\""),
+            is_there,
+            "{tension}: {study}"
+        );
+    }
+}
+
 /// A log without a heading, of a servo that follows steps: the time in ms, two commands, position,
 /// speed and current.
 #[test]

@@ -101,6 +101,28 @@ fn a_weight_beside_loads_that_differ_is_added_with_them() {
 }
 
 /// A bar that is pulled once at a constant speed until long after it yields.
+/// As a probe is lowered: its speed is a constant, which tells no damping.
+#[test]
+fn a_ramp_at_one_speed_is_drafted_by_its_place_alone() {
+    let mut log = String::from("z (nm),load (nN)\n");
+    for row in 0..2000 {
+        let depth = (f64::from(row) - 1200.0).max(0.0);
+        log += &format!(
+            "{:.2},{:.3}\n",
+            4000.0 + 0.75 * f64::from(row),
+            0.5 + 0.02 * depth
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("probe.csv"), log).unwrap();
+    succeed(folder.path(), "init probe.csv --yes --rate 500");
+    let study = fs::read_to_string(folder.path().join("study.toml")).unwrap();
+    assert!(
+        study.contains("\"stiffness@x\"") && !study.contains("\"viscous@x\""),
+        "{study}"
+    );
+}
+
 #[test]
 fn a_bar_that_is_pulled_once_has_a_spring_and_no_damper_and_yields() {
     let mut noise = seeded(5);

@@ -215,7 +215,7 @@ fn ask_columns(survey: &Survey, said: &mut UserChoices) -> Result<()> {
         if said.columns.iter().any(|(r, _)| r == role) || guess.is_some() {
             continue;
         }
-        if role == "time" && said.sample_rate_hz.is_some() {
+        if role == "time" && (said.sample_rate_hz.is_some() || survey.rate.is_some()) {
             continue;
         }
         let none = match role {

@@ -183,6 +183,7 @@ fn axis(name: &str) -> Axis {
         controller: Controller::default(),
         encoder_step: None,
         velocity_alone: false,
+        integrated_above_hz: None,
     }
 }
 

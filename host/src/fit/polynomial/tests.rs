@@ -17,6 +17,7 @@ fn axis(name: &str, inertia: Option<f64>) -> Axis {
         controller: Controller::default(),
         encoder_step: None,
         velocity_alone: false,
+        integrated_above_hz: None,
     }
 }
 

@@ -3,8 +3,9 @@
 
 use super::naming::split_unit;
 use crate::study::description::{Description, InputEntry, RecordEntry, Source};
+use crate::study::log::Column;
 use crate::study::long::records::thin;
-use crate::study::plan::plan;
+use crate::study::plan::{Plan, plan};
 use crate::study::read::{Logged, description_text};
 use crate::study::readers::long::LongLog;
 use crate::study::{Input, Study};
@@ -94,7 +95,7 @@ impl Study {
         let mut spare: Option<Vec<Numbers>> = None;
         let records = said.record.par_iter();
         let records: Vec<Vec<Numbers>> =
-            in_order(records.map(|entry| numbers(folder, entry, &long)))?;
+            in_order(records.map(|entry| numbers(folder, entry, &plan, &long)))?;
         for mut own in records {
             own.retain(|column| names.contains(&column.name.as_str()));
             if let Some(before) = spare {
@@ -138,14 +139,26 @@ struct Numbers {
     changes: bool,
 }
 
-/// The columns of a record's log that hold a number in every row.
-fn numbers(folder: &Path, entry: &RecordEntry, long: &[Arc<LongLog>]) -> Result<Vec<Numbers>> {
+/// The columns of a record's log that hold a number in every row. One of another length than those
+/// in use, as the spectrum beside a signal, has other rows.
+fn numbers(
+    folder: &Path,
+    entry: &RecordEntry,
+    plan: &Plan,
+    long: &[Arc<LongLog>],
+) -> Result<Vec<Numbers>> {
     let path = folder.join(entry.file.get_ref());
     let request = entry.request(&path, None);
     let long = long.iter().find(|log| log.is_at(&path));
     let table = request.table_of(long.map(Arc::as_ref))?;
+    let rows_of = |column: &Column| column.values.as_ref().map_or(0, Vec::len);
+    let is_used = |column: &&Column| plan.wanted.iter().any(|w| w.column == column.name);
+    let rows = table.columns.iter().find(is_used).map(rows_of);
     let mut numbers = Vec::new();
     for column in &table.columns {
+        if rows.is_some_and(|rows| rows != rows_of(column)) {
+            continue;
+        }
         let mut values = column.values.as_deref().unwrap_or_default();
         if !table.cut {
             values = values.get(request.range(values.len())?).unwrap_or_default();

@@ -143,6 +143,8 @@ const ANGULAR_ACCELERATION: &[(&str, f64)] = &[
 ];
 const FORCE: &[(&str, f64)] = &[
     ("N", 1.0),
+    ("pN", 1e-12),
+    ("nN", 1e-9),
     ("uN", 1e-6),
     ("mN", 1e-3),
     ("daN", 10.0),

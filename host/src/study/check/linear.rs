@@ -30,12 +30,20 @@ pub(crate) struct Fitted {
     pub(crate) shares: Vec<f64>,
     /// What is left of the target's variance.
     pub(crate) rest: f64,
+    /// The constant and its standard error, over the target's RMS about its mean.
+    constant: [f64; 2],
 }
 
 impl Fitted {
     /// Whether a coefficient is surely not 0 and explains at least a hundredth of the target.
     pub(crate) fn sure(&self, column: usize) -> bool {
         self.coefficients[column].abs() > 5.0 * self.errors[column] && self.shares[column] > 0.01
+    }
+
+    /// Whether the constant is surely not 0 and larger than all that moves in the target.
+    pub(crate) fn stands_off(&self) -> bool {
+        let [constant, error] = self.constant;
+        constant.abs() > f64::max(1.0, 5.0 * error)
     }
 }
 
@@ -78,7 +86,12 @@ impl Linear {
     /// Solves by all columns; `None` where there is too little to tell, or one says nothing of its
     /// own.
     pub(crate) fn solve(&self) -> Option<Fitted> {
-        self.solve_by(&(0..self.columns).collect::<Vec<_>>())
+        self.solve_from(0)
+    }
+
+    /// The same by the columns from this one on; beyond the last, by the constant alone.
+    pub(crate) fn solve_from(&self, first: usize) -> Option<Fitted> {
+        self.solve_by(&(first..self.columns).collect::<Vec<_>>())
     }
 
     /// The same by all columns but one, whose coefficient is 0 and unknown.
@@ -115,14 +128,18 @@ impl Linear {
         let parts: Vec<DVector<f64>> = parts.collect::<Option<_>>()?;
         let explained = all.dot(&target);
         let variance = self.target_square - self.target_sum * self.target_sum / self.rows as f64;
+        let rms = (variance / self.rows as f64).sqrt();
+        let last = width - 1;
+        let constant = [all[last], jackknife(parts.iter().map(|part| part[last]))];
         let mut fitted = Fitted {
+            constant: constant.map(|c| c / rms),
             coefficients: vec![0.0; self.columns],
             errors: vec![f64::INFINITY; self.columns],
             shares: vec![0.0; self.columns],
             rest: ((self.target_square - explained) / variance).max(0.0),
         };
         for (i, column) in kept.iter().copied().enumerate() {
-            let mean = gram[(width - 1, i)] / self.rows as f64;
+            let mean = gram[(last, i)] / self.rows as f64;
             let moving = (gram[(i, i)] / self.rows as f64 - mean * mean).max(0.0);
             fitted.coefficients[column] = all[i];
             fitted.errors[column] = jackknife(parts.iter().map(|part| part[i]));

@@ -71,8 +71,13 @@ pub(crate) fn constant_channels(study: &Study, plan: &Plan, extent: Extent) -> R
                 } else {
                     continue;
                 };
+                let parts = study.records.iter().filter(|other| other.file == log.file);
+                let rows = match parts.count() {
+                    1 => String::new(),
+                    _ => format!(", rows {} to {}", log.first_row, log.first_row + log.rows),
+                };
                 return Err(Error::data(format!(
-                    "{}, column {:?}: the value is the same in all rows {reason}; check the sensor and its cable, name \
+                    "{}{rows}, column {:?}: the value is the same in all rows {reason}; check the sensor and its cable, name \
                      another column, or leave the channel or the record out",
                     log.file, trace.column
                 )));

@@ -8,6 +8,7 @@ use super::stated::{contradictions, keep_integrals};
 use super::trial::{BETTER, Parts, Trial, trials};
 use super::velocity::{of_a_count, size_of_a_count, velocity_of};
 use crate::study::channels::units::{Quantity, is_bare};
+use crate::study::check::linear::Fitted;
 use crate::study::survey::{Survey, SurveyedColumn};
 use crate::study::{AxisKind, Convention};
 use crate::text::error::{Error, Result};
@@ -291,14 +292,20 @@ fn turn_a_sign(
 
 /// The terms of the base that the trial speaks for; of a position that counts from elsewhere the
 /// spring's force at its zero is no force of the joint's middle.
-fn base_of(chosen: &Trial<'_>, springy: bool, path_alone: bool) -> Vec<&'static str> {
+fn base_of(
+    chosen: &Trial<'_>,
+    fitted: &Fitted,
+    springy: bool,
+    path_alone: bool,
+) -> Vec<&'static str> {
     let mut base = Vec::new();
     if chosen.weighs {
         base.push("gravity");
     } else if springy {
         base.push("stiffness");
     }
-    if springy && chosen.counts_from_elsewhere() {
+    let from_elsewhere = springy && chosen.counts_from_elsewhere();
+    if from_elsewhere || chosen.is_preloaded(fitted, springy) {
         base.push("preload");
     }
     if !path_alone {
@@ -385,7 +392,7 @@ fn axis_of(
         inertia: said.inertia.or((!inertial).then_some(0.0)),
         inertia_seen: inertial.then_some(inertia),
         restoring_force,
-        base: base_of(chosen, springy, path_alone),
+        base: base_of(chosen, fitted, springy, path_alone),
     }
 }
 

@@ -40,7 +40,7 @@ pub fn draft(surveys: &[Survey], said: &UserChoices) -> Result<Draft> {
         _ if timeless => ROWS_PER_SECOND,
         (Some(rate), _) => rate,
         (None, Some(time)) => time.rate_hz,
-        (None, None) => return Err(no_time(first)),
+        (None, None) => stated_rate(surveys, &mut findings).ok_or_else(|| no_time(first))?,
     };
     findings.extend(
         time.as_ref()
@@ -85,11 +85,23 @@ pub fn draft(surveys: &[Survey], said: &UserChoices) -> Result<Draft> {
         resample_hz,
         sample_rate_hz: (!timeless).then_some(sample_rate_hz),
         guesses_rate: row_rate.is_some(),
-        records: records(&parts_of(surveys, &stretches), &axes),
+        records: records(&parts_of(surveys, &stretches), &axes, &mut findings),
         unused: unused(looked_at, time.as_ref(), &axes),
         axes,
         time,
         findings,
+    })
+}
+
+/// The sample rate that all logs state beside their columns, Hz.
+fn stated_rate(surveys: &[Survey], findings: &mut Vec<String>) -> Option<f64> {
+    let (name, rate_hz) = surveys.first()?.rate.as_ref()?;
+    let is_same = |survey: &Survey| survey.rate.as_ref().is_some_and(|(_, hz)| hz == rate_hz);
+    surveys.iter().all(is_same).then(|| {
+        findings.push(format!(
+            "no column counts the time, and the log states {name} = {rate_hz}, so that is the sample rate in Hz"
+        ));
+        *rate_hz
     })
 }
 

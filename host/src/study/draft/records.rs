@@ -1,8 +1,8 @@
 //! Which logs a draft learns from, and which it keeps aside for validation.
 
-use super::parts::{DraftAxis, DraftRecord};
+use super::parts::{DraftAxis, DraftChannel, DraftRecord};
 use crate::study::Role;
-use crate::study::series::extent;
+use crate::study::series::{extent, spread};
 use crate::study::survey::Survey;
 
 /// The part of a single record that validates: the last that moves within what the others do.
@@ -12,6 +12,9 @@ const STEPS: usize = 10;
 /// A part moves within what the others do where it goes beyond by no more than this part of their
 /// range.
 const WITHIN: f64 = 0.02;
+/// RMS about the mean of a part that validates, in that of the others, at least; at most, the
+/// others hold the larger part of all that moves.
+const MOVES: f64 = 0.5;
 /// A record with fewer rows is not split: its parts would be too short for the study's filters.
 const MIN_SPLIT: usize = 1000;
 /// Nor is a shorter part made.
@@ -68,14 +71,24 @@ impl Part<'_> {
 }
 
 /// A clearly shorter record validates, else any, the last that moves and is loaded within what the
-/// others are; a single one is split.
-pub(super) fn records(parts: &[Part<'_>], axes: &[DraftAxis]) -> Vec<DraftRecord> {
+/// others are; a single one is split where a part of it may validate, and else trains as a whole.
+pub(super) fn records(
+    parts: &[Part<'_>],
+    axes: &[DraftAxis],
+    findings: &mut Vec<String>,
+) -> Vec<DraftRecord> {
     if let [only] = parts {
         let rows = only.rows;
         if only.len() < MIN_SPLIT {
             return vec![only.record(Role::Train, rows)];
         }
-        let [from, to] = kept_aside(only, axes);
+        let Some([from, to]) = kept_aside(only, axes) else {
+            findings.push(
+                "no part of the log moves within what the rest of it does and as much, so none of it is kept aside for validation; log another run for that"
+                    .into(),
+            );
+            return vec![only.record(Role::Train, rows)];
+        };
         let split = [
             (Role::Train, [rows[0], from]),
             (Role::Validate, [from, to]),
@@ -135,38 +148,43 @@ fn goes_within([least, most]: [f64; 2], [low, high]: [f64; 2]) -> bool {
     (low - least).max(most - high) <= WITHIN * (high - low)
 }
 
-/// The rows of a single record that validate. A test in which the amplitude grows would be judged
-/// where nothing was learnt, were it its end.
-fn kept_aside(only: &Part<'_>, axes: &[DraftAxis]) -> [usize; 2] {
+/// The rows of a single record that validate, where any can: those that move within what the others
+/// do, as a test in which the amplitude grows would be judged where nothing was learnt, were it its
+/// end; and about as much, as of one event in a log at rest either the model or its error would
+/// know nothing.
+fn kept_aside(only: &Part<'_>, axes: &[DraftAxis]) -> Option<[usize; 2]> {
     let [first, end] = only.rows;
     let at = |step: usize| first + only.len() * step / STEPS;
     let long = (SPLIT * STEPS as f64) as usize;
-    let displacements: Vec<&[f64]> = axes
-        .iter()
-        .flat_map(|axis| &axis.displacement)
-        .filter_map(|channel| only.values(&channel.column, only.rows))
-        .collect();
-    let is_within = |&[from, to]: &[usize; 2]| {
-        let is_part = |row: usize| (from - first..to - first).contains(&row);
-        displacements.iter().all(|values| {
-            let kept = |kept: bool| {
-                let rows = values.iter().enumerate();
-                extent(
-                    rows.filter(move |(row, _)| is_part(*row) == kept)
-                        .map(|(_, v)| *v),
-                )
-            };
-            goes_within(kept(true), kept(false))
-        })
+    let values = |channel: &DraftChannel| only.values(&channel.column, only.rows);
+    let displacements = axes.iter().flat_map(|axis| &axis.displacement);
+    let displacements: Vec<&[f64]> = displacements.filter_map(values).collect();
+    let forces = axes.iter().filter_map(|axis| values(axis.force.as_ref()?));
+    let forces: Vec<&[f64]> = forces.collect();
+    let may_validate = |&[from, to]: &[usize; 2]| {
+        let split = |values: &[f64]| -> [Vec<f64>; 2] {
+            let [before, after] = [&values[..from - first], &values[to - first..]];
+            [
+                values[from - first..to - first].to_vec(),
+                [before, after].concat(),
+            ]
+        };
+        let is_within = |values: &&[f64]| {
+            let [kept, others] = split(values).map(|values| extent(values.into_iter()));
+            goes_within(kept, others)
+        };
+        let moves_alike = |values: &&[f64]| {
+            let [kept, others] = split(values).map(|values| spread(&values).powi(2));
+            let share = (to - from) as f64 / only.len() as f64;
+            share * kept <= (1.0 - share) * others && kept >= MOVES * MOVES * others
+        };
+        displacements.iter().all(is_within) && displacements.iter().chain(&forces).all(moves_alike)
     };
     let is_long = |[from, to]: &[usize; 2]| {
         let after = end - to;
         from - first >= MIN_PART && (after == 0 || after >= MIN_PART)
     };
-    let last = [at(STEPS - long), end];
     let from = (1..=STEPS - long).rev();
     let mut parts = from.map(|step| [at(step), at(step + long)]);
-    parts
-        .find(|part| is_long(part) && is_within(part))
-        .unwrap_or(last)
+    parts.find(|part| is_long(part) && may_validate(part))
 }

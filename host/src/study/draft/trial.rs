@@ -218,6 +218,8 @@ pub(super) struct Trial<'a> {
     /// The same without an inertia: where the motion has one frequency, a spring and a mass are
     /// one to the force.
     pub(super) without_inertia: Option<Fitted>,
+    /// The mean force alone.
+    pub(super) mean: Option<Fitted>,
     /// Work of the force along the displacement, and what it would be without a change of sign.
     pub(super) work: [f64; 2],
     /// Whether the axis goes one way in every log.
@@ -253,6 +255,17 @@ impl Trial<'_> {
         self.second.is_none() && least * most > 0.0
     }
 
+    /// Whether a constant force stands beside the spring or the weight of the axis, or beside
+    /// nothing that depends on place, which is larger than all that moves in the force. On one way,
+    /// dry friction is one as well.
+    pub(super) fn is_preloaded(&self, fitted: &Fitted, springy: bool) -> bool {
+        let beside = (springy || self.weighs).then_some(fitted);
+        !self.one_way
+            && beside
+                .or(self.mean.as_ref())
+                .is_some_and(Fitted::stands_off)
+    }
+
     /// Whether the axis goes one way in every log, at speeds that do not tell a damper from a
     /// constant force, as in a test that pulls once until something yields: only the path counts.
     pub(super) fn pulls_once(&self) -> bool {
@@ -265,9 +278,12 @@ impl Trial<'_> {
     pub(super) fn shows_inertia(&self) -> bool {
         let inertia = self.fitted.coefficients[0];
         // By its own position a body is accelerated against its joint: a mass of the other sign is
-        // a stiffness that rises with frequency.
+        // a stiffness that rises with frequency, where the joint is the surer and the larger part.
         let by_position = self.acceleration.is_none() && self.second.is_none();
-        let stiffens = by_position && inertia * self.resists(&self.fitted, false) < 0.0;
+        let fitted = &self.fitted;
+        let mut of_joint = 1..fitted.shares.len();
+        let is_joint = of_joint.any(|i| fitted.sure(i) && fitted.shares[i] > fitted.shares[0]);
+        let stiffens = by_position && is_joint && inertia * self.resists(fitted, false) < 0.0;
         let beside = self.beside_friction.as_ref();
         let beside = beside.is_some_and(|f| f.sure(0) && f.coefficients[0] * inertia > 0.0);
         (self.fitted.sure(0) || beside) && !stiffens
@@ -417,6 +433,7 @@ fn trial<'a>(
         fitted: fitted?,
         beside_friction,
         without_inertia,
+        mean: fits[0][0].solve_from(3),
         work,
         one_way,
     })
@@ -430,9 +447,9 @@ fn goes_one_way(velocity: &[f64]) -> bool {
 }
 
 /// A fit with an inertia where the motion tells one, the same beside dry friction, and without an
-/// inertia.
+/// inertia; at one speed, by the place alone.
 fn solved([alone, beside]: &[Linear; 2]) -> [Option<Fitted>; 3] {
-    let without = alone.solve_without(0);
+    let without = alone.solve_from(1).or_else(|| alone.solve_from(2));
     let fitted = alone.solve().or_else(|| without.clone());
     [fitted, beside.solve(), without]
 }

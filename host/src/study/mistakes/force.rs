@@ -12,12 +12,13 @@ use crate::text::table::short;
 const BLOCKS: usize = 24;
 
 impl Axis<'_> {
-    /// What the force of one record says against the others, else that of all together.
+    /// What the force of one file says against those of others, else that of all together. One file
+    /// counts one way: where its parts differ, it is the joint that does.
     pub(super) fn force(&self) -> Option<String> {
         let moving = self.moving_records();
         let blocks = BLOCKS.div_ceil(moving.len().max(1));
         let mut all = self.fit();
-        let (mut right, mut turned) = (false, None);
+        let (mut right, mut turned): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
         for record in moving {
             let mut alone = self.fit();
             self.add(
@@ -25,12 +26,13 @@ impl Axis<'_> {
                 [(&mut all, blocks), (&mut alone, BLOCKS)],
             );
             match alone.solve().and_then(|fitted| self.is_right(&fitted)) {
-                Some(true) => right = true,
-                Some(false) => turned = turned.or(Some(&record.file)),
+                Some(true) => right.push(&record.file),
+                Some(false) => turned.push(&record.file),
                 None => {}
             }
         }
-        match turned.filter(|_| right) {
+        turned.retain(|file| !right.contains(file));
+        match turned.first().filter(|_| !right.is_empty()) {
             Some(file) => Some(self.turned_sentence(file)),
             None => self.force_sentence(&all.solve()?),
         }
@@ -78,7 +80,7 @@ impl Axis<'_> {
     /// What is told of a record whose force counts the other way than that of another one.
     fn turned_sentence(&self, file: &str) -> String {
         format!(
-            "axis {}: the force (column \"{}\") of {file} counts the other way than that of another record, as if a mass were negative or the \
+            "axis {}: the force (column \"{}\") of {file} counts the other way than that of another file, as if a mass were negative or the \
              joint gave out energy there: turn its sign, or the displacement's (column \"{}\"), in that file",
             self.axis().name,
             self.columns.force,

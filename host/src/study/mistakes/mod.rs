@@ -93,6 +93,8 @@ struct Columns {
     position: String,
     velocity: String,
     acceleration: String,
+    /// Whether the position is that acceleration, integrated.
+    is_integrated: bool,
     force: String,
     /// The unit that the study states for the force.
     force_unit: Option<String>,
@@ -114,7 +116,11 @@ impl Columns {
         let one = |channel: &Option<toml::Spanned<super::description::Channel>>| {
             channel.as_ref().map(|c| c.get_ref().0.column.clone())
         };
+        let acceleration = one(&axis.acceleration).unwrap_or_default();
+        let mut sources = position.iter().flat_map(|d| &d.get_ref().0);
         Self {
+            is_integrated: axis.body_position.is_none()
+                && sources.any(|source| source.column == acceleration),
             position: one(&axis.body_position).unwrap_or_else(|| displacement.clone()),
             displacement,
             has_unit,
@@ -122,7 +128,7 @@ impl Columns {
                 .velocity
                 .as_ref()
                 .map_or(String::new(), |v| list(&v.get_ref().0)),
-            acceleration: one(&axis.acceleration).unwrap_or_default(),
+            acceleration,
             force: list(axis.force.get_ref().columns()),
             force_unit: match axis.force.get_ref().columns() {
                 [only] => only.unit.clone(),
@@ -171,6 +177,10 @@ impl Axis<'_> {
     fn acceleration(&self) -> Option<String> {
         let channels = *self.moving().first()?;
         let logged = channels.acceleration.as_ref()?;
+        // Against itself a column says nothing.
+        if self.columns.is_integrated {
+            return None;
+        }
         let rate = self.study.sample_rate_hz;
         let against = |position: &[f64]| derivative_likeness(logged, position, 2, rate);
         // Without the body's own position, either side may be the body; with one column the

@@ -38,6 +38,7 @@ pub(super) fn axis(entry: &AxisEntry, quasi_static: bool) -> Axis {
             .map_or(Controller::default(), |v| *v.get_ref()),
         encoder_step: entry.encoder_step.as_ref().map(|v| *v.get_ref()),
         velocity_alone: entry.displacement.is_none(),
+        integrated_above_hz: entry.integrate_above_hz.as_ref().map(|hz| *hz.get_ref()),
     }
 }
 

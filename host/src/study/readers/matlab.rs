@@ -4,7 +4,7 @@
 use super::packed;
 use crate::study::log::{Column, Request, Table};
 use crate::text::error::Result;
-use matfile::{Array, MatFile, NumericData};
+use matfile::{MatFile, NumericData};
 use std::io::Read;
 
 /// Whether the bytes begin like such a file.
@@ -20,21 +20,68 @@ pub(super) fn read(request: &Request<'_>, bytes: &[u8]) -> Result<Table> {
             "is a MATLAB file of version 5 that cannot be read ({e}); it was cut off or damaged, save it again with -v7"
         ))
     })?;
+    let wanted = request.wanted;
+    let is_asked =
+        |name: &str| wanted.is_none_or(|all| all.iter().any(|w| w.column.starts_with(name)));
+    let matrices: Vec<Matrix> = file
+        .arrays()
+        .iter()
+        .map(|array| Matrix {
+            name: array.name().to_owned(),
+            size: array.size().clone(),
+            values: is_asked(array.name()).then(|| real(array.data())).flatten(),
+        })
+        .collect();
+    table_of(request, "MATLAB version 5", &matrices)
+}
+
+/// A matrix, of any number of dimensions.
+pub(super) struct Matrix {
+    pub(super) name: String,
+    pub(super) size: Vec<usize>,
+    /// Column by column; `None` when they are complex.
+    pub(super) values: Option<Vec<f64>>,
+}
+
+/// What scalars that state a sample rate are called.
+const RATES: [&str; 8] = [
+    "fs",
+    "rate",
+    "samplerate",
+    "samplingrate",
+    "samplefrequency",
+    "samplingfrequency",
+    "actualrate",
+    "timesamplerate",
+];
+
+/// The wanted columns of matrices, and the rate that a scalar states.
+pub(super) fn table_of(request: &Request<'_>, format: &str, matrices: &[Matrix]) -> Result<Table> {
     let mut columns = Vec::new();
-    for array in file.arrays() {
-        add_columns(request, array, &mut columns)?;
+    for matrix in matrices {
+        add_columns(request, matrix, &mut columns)?;
     }
-    let mut table = Table::whole("MATLAB version 5", columns);
+    let mut table = Table::whole(format, columns);
+    let scalars = matrices
+        .iter()
+        .filter_map(|matrix| match matrix.values.as_deref() {
+            Some([value]) => Some((&matrix.name, *value)),
+            _ => None,
+        });
+    let is_rate = |(name, value): &(&String, f64)| {
+        let letters = name.chars().filter(|c| c.is_alphanumeric());
+        let plain = letters.collect::<String>().to_lowercase();
+        *value > 0.0 && RATES.contains(&plain.as_str())
+    };
+    table.rate = scalars
+        .clone()
+        .find(is_rate)
+        .map(|(name, hz)| (name.clone(), hz));
     if request.wanted.is_none() {
         // A rate or a gain that whoever describes the log needs.
-        let scalars = file.arrays().iter().filter_map(|array| {
-            let value = match array.size().iter().product() {
-                1 => real(array.data())?.pop()?,
-                _ => return None,
-            };
-            Some(format!("it holds {} = {value}", array.name()))
-        });
-        table.notes.extend(scalars);
+        table
+            .notes
+            .extend(scalars.map(|(name, value)| format!("it holds {name} = {value}")));
     }
     Ok(table)
 }
@@ -75,8 +122,8 @@ fn check_size(request: &Request<'_>, bytes: &[u8]) -> Result<()> {
 
 /// A vector's one column, or the columns of a matrix with more rows than columns; a scalar is a
 /// remark, not a log.
-fn add_columns(request: &Request<'_>, array: &Array, columns: &mut Vec<Column>) -> Result<()> {
-    let size = array.size();
+fn add_columns(request: &Request<'_>, matrix: &Matrix, columns: &mut Vec<Column>) -> Result<()> {
+    let size = &matrix.size;
     let count: usize = size.iter().product();
     let (rows, parts) = if count <= 1 {
         return Ok(());
@@ -88,29 +135,25 @@ fn add_columns(request: &Request<'_>, array: &Array, columns: &mut Vec<Column>) 
         return Ok(());
     };
     let names: Vec<String> = match parts {
-        1 => vec![array.name().to_owned()],
+        1 => vec![matrix.name.clone()],
         _ => (1..=parts)
-            .map(|part| format!("{}[{part}]", array.name()))
+            .map(|part| format!("{}[{part}]", matrix.name))
             .collect(),
     };
-    let needed = names.iter().any(|name| request.needs(name));
-    let values = if needed { real(array.data()) } else { None };
-    if needed && values.is_none() {
+    if names.iter().any(|name| request.needs(name)) && matrix.values.is_none() {
         if request.wanted.is_none() {
             return Ok(());
         }
         return Err(request.error(format!(
             "holds complex numbers in {:?}; store their real part",
-            array.name()
+            matrix.name
         )));
     }
     for (part, name) in names.into_iter().enumerate() {
         let of_part = |all: &Vec<f64>| all.get(part * rows..(part + 1) * rows).map(<[f64]>::to_vec);
+        let values = matrix.values.as_ref().filter(|_| request.needs(&name));
         columns.push(Column {
-            values: values
-                .as_ref()
-                .filter(|_| request.needs(&name))
-                .and_then(of_part),
+            values: values.and_then(of_part),
             name,
             unit: None,
         });

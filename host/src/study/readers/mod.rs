@@ -10,6 +10,7 @@ mod hdf5;
 mod json;
 pub(crate) mod long;
 mod matlab;
+mod matlab4;
 mod mdf;
 mod numpy;
 mod packed;
@@ -27,10 +28,11 @@ use std::borrow::Cow;
 type Format = (fn(&[u8]) -> bool, fn(&Request<'_>, &[u8]) -> Result<Table>);
 
 /// The formats that say themselves by their first bytes.
-const BINARY: [Format; 8] = [
+const BINARY: [Format; 9] = [
     (parquet::recognises, parquet::read),
     (arrow::recognises, arrow::read),
     (matlab::recognises, matlab::read),
+    (matlab4::recognises, matlab4::read),
     (hdf5::recognises, hdf5::read),
     (mdf::recognises, mdf::read),
     (numpy::recognises, numpy::read),

@@ -328,7 +328,8 @@ fn wrong_length(
     layout: &Layout,
 ) -> Error {
     let try_this = if cells < heading {
-        "the row is short: repair it, or leave it out with rows = […] if the log was cut off here"
+        "the row is short: repair it, or leave it out with rows = […] if the log was cut off here; where another table begins, keep that in \
+         a file of its own"
     } else if layout.separator == Separator::Char(',') {
         "the row is long: repair it, and export with decimal points if the numbers have decimal commas"
     } else {
