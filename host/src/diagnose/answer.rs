@@ -199,14 +199,11 @@ impl Diagnosis {
     /// What is said beside "nothing is missing" where an error stands above its noise floor by more
     /// than instruments' tolerances; nothing elsewhere.
     pub(crate) fn but_above_noise(&self) -> String {
-        let tolerance = criteria::ZERO.hypot(criteria::GAIN);
-        let stands_out = |error: f64, floor: f64| {
-            error > criteria::ABOVE_NOISE * floor
-                && error * error - floor * floor > tolerance * tolerance
-        };
         let axes = self.relative_error_after.iter();
         let axes = axes.map(|(axis, error)| (axis, *error, self.noise_floor[axis]));
-        let axes = axes.filter(|(_, error, floor)| stands_out(*error, *floor));
+        let axes = axes.filter(|(_, error, floor)| {
+            criteria::stands_out(*error, *floor, criteria::tolerance())
+        });
         let left: Vec<String> = axes
             .map(|(axis, error, floor)| {
                 format!(

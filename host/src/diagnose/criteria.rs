@@ -38,3 +38,13 @@ pub(crate) const LATENESS_S: f64 = 50e-6;
 pub(crate) const UNKNOWN: f64 = 0.0625;
 /// What is left is more than the sensors' noise where it stands above it by this factor.
 pub(crate) const ABOVE_NOISE: f64 = 1.4;
+
+/// What data sheets' tolerances make of a relative error: a zero, and a gain or an inertia.
+pub(crate) fn tolerance() -> f64 {
+    ZERO.hypot(GAIN)
+}
+
+/// Whether a relative error stands above the sensors' noise, and by more than a share of the force.
+pub(crate) fn stands_out(left: f64, noise: f64, share: f64) -> bool {
+    left > ABOVE_NOISE * noise && left * left - noise * noise > share * share
+}

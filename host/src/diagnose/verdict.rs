@@ -106,10 +106,7 @@ pub(super) fn answer(
     notes.extend(of_motion(study, &training, &model.filters));
     let learnt = Records::new(&study.axes, &training, &model.filters.band);
     let unmeasured = unmeasured_forces(&search, (&floors, &as_logged), &learnt);
-    let each = search.decisions.iter();
-    let powers: Vec<[f64; 2]> = each
-        .map(|decision| powers(&search, decision, unmeasured[decision.axis]))
-        .collect();
+    let powers = powers(&search, &unmeasured);
     with_what_unseen_rows_say(&mut search, &powers);
     notes.extend(refutations(&search, &names, unseen.judged_on()));
     notes.extend(of_constants(study, &search, (&logged, &of_validation)));
@@ -127,8 +124,7 @@ pub(super) fn answer(
     let per_axis = |values: &[f64]| named(&names, values);
     let held = held(study, &judged);
     let held = Records::new(&study.axes, &held, &model.filters.band);
-    let noise = as_logged.iter().zip(&held.references.force);
-    let noise: Vec<f64> = noise.map(|(floor, force)| floor.rms / force).collect();
+    let noise = noise(&as_logged, &held);
     let comparison = compare::compare_motions(study, model, &prepared.motions)?;
     let new = added(&search);
     let (before, after) = match model.base {
@@ -201,6 +197,12 @@ fn held<'a>(study: &Study, judged: &'a Prepared) -> Vec<&'a Motion> {
         none if none.is_empty() => judged.training(study),
         held => held,
     }
+}
+
+/// The noise of every axis, relative to its force.
+fn noise(floors: &[Floor], held: &Records<'_>) -> Vec<f64> {
+    let pairs = floors.iter().zip(&held.references.force);
+    pairs.map(|(floor, force)| floor.rms / force).collect()
 }
 
 /// A sentence for every axis on which the records are too short to try an effect of two parameters
@@ -279,11 +281,11 @@ fn unmeasured(
     let left = decision.left.min(last);
     let above = (left * left - noise * noise).max(0.0);
     // A load that stands still is no yardstick for what moves.
-    let share = criteria::ZERO.hypot(criteria::GAIN) * decision.moving.sqrt();
+    let share = criteria::tolerance() * decision.moving.sqrt();
     if as_logged.acts_at_rest && noise > share {
         return noise * noise;
     }
-    let stands_out = left > criteria::ABOVE_NOISE * noise && above.sqrt() > share;
+    let stands_out = criteria::stands_out(left, noise, share);
     let named = decision.named();
     let known = floor.at_rest || floor.ends;
     let counts = if known { KNOWN_NOISE } else { GUESSED_NOISE } * named;
@@ -310,22 +312,25 @@ fn unmeasured_forces(
         .collect()
 }
 
-/// Power on an axis that has a name, and that has none. `unmeasured` is what [`unmeasured_forces`]
-/// tells of it.
-fn powers(search: &Search, decision: &Decision, unmeasured: f64) -> [f64; 2] {
-    let (named, unnamed) = (decision.named(), decision.without_name());
-    let mut refuted = search.refuted.iter();
-    let refuted = refuted.any(|refuted| refuted.axis == decision.axis);
-    let mut found = search.found.iter();
-    let stays = found.any(|bound| bound.acts_on(decision.axis));
-    // Most of an error that laws explain here and not on other records has a cause that is none of
-    // them.
-    let of_another = refuted && !stays && named > 0.5 * decision.moving_error_power();
-    let [named, unnamed] = match of_another {
-        true => [0.0, unnamed + named],
-        false => [named, unnamed],
+/// Per decision, the power on its axis that has a name, and that has none. `unmeasured` is what
+/// [`unmeasured_forces`] tells.
+fn powers(search: &Search, unmeasured: &[f64]) -> Vec<[f64; 2]> {
+    let of_axis = |decision: &Decision| {
+        let (named, unnamed) = (decision.named(), decision.without_name());
+        let mut refuted = search.refuted.iter();
+        let refuted = refuted.any(|refuted| refuted.axis == decision.axis);
+        let mut found = search.found.iter();
+        let stays = found.any(|bound| bound.acts_on(decision.axis));
+        // Most of an error that laws explain here and not on other records has a cause that is none
+        // of them.
+        let of_another = refuted && !stays && named > 0.5 * decision.moving_error_power();
+        let [named, unnamed] = match of_another {
+            true => [0.0, unnamed + named],
+            false => [named, unnamed],
+        };
+        [named, unnamed.max(unmeasured[decision.axis])]
     };
-    [named, unnamed.max(unmeasured)]
+    search.decisions.iter().map(of_axis).collect()
 }
 
 /// Whether what has no name is more than counts beside what has one.

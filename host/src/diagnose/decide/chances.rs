@@ -147,19 +147,11 @@ impl Chances {
 mod tests {
     use super::Chances;
     use crate::model::effects::AxisEffect;
-    use jointwatch_shared::effect::Entry;
-
-    fn bound(name: &str) -> AxisEffect {
-        AxisEffect {
-            input: None,
-            entry: Entry::named(name).expect("an effect of the library"),
-            axis: 0,
-        }
-    }
 
     #[test]
     fn what_unseen_rows_refute_is_an_imitation_at_most() {
-        let [dahl, drag] = ["dahl", "quadratic_drag"].map(bound);
+        let named = |name| AxisEffect::parse(name, &["x"]).unwrap();
+        let [dahl, drag] = ["dahl@x", "quadratic_drag@x"].map(named);
         let mut chances = Chances {
             votes: vec![(vec![dahl], 0.5), (vec![dahl, drag], 0.4)],
             nothing: 0.1,

@@ -195,25 +195,17 @@ impl<'a> Judged<'a> {
 mod tests {
     use super::{Judged, Rivals};
     use crate::model::effects::AxisEffect;
-    use jointwatch_shared::effect::Entry;
-
-    fn bound(name: &str) -> AxisEffect {
-        AxisEffect {
-            input: None,
-            entry: Entry::named(name).expect("an effect of the library"),
-            axis: 0,
-        }
-    }
 
     #[test]
     fn the_simplest_is_chosen_that_loses_by_no_more_than_chance() {
+        let bound = |name| AxisEffect::parse(name, &["x"]).unwrap();
         let base: Vec<f64> = (0..24).map(|b| -3.0 + 0.2 * f64::from(b % 5)).collect();
         let law: Vec<f64> = base.iter().map(|e| e - 1.0).collect();
         let pairs = law.iter().enumerate();
         let wider: Vec<f64> = pairs
             .map(|(b, e)| e - 0.02 + 0.1 * ((b % 3) as f64 - 1.0))
             .collect();
-        let sets = [vec![], vec![bound("dahl")], vec![bound("bouc_wen")]];
+        let sets = [vec![], vec![bound("dahl@x")], vec![bound("bouc_wen@x")]];
         let rivals = |errors: &[&'static [f64]]| Rivals {
             all: errors
                 .iter()
@@ -246,7 +238,7 @@ mod tests {
         close.all[1].power = 1e-5;
         close.all[2].power = 1e-6;
         assert_eq!(close.good(&alike), [2]);
-        let both = vec![bound("dahl"), bound("bouc_wen")];
+        let both = vec![bound("dahl@x"), bound("bouc_wen@x")];
         close.all[2].added = both.leak();
         assert_eq!(close.good(&alike), [1, 2]);
         // Nor does a law that another one beats in its place come in beside both together.
@@ -255,7 +247,7 @@ mod tests {
         for (set, power) in beaten.all.iter_mut().zip([1e-6, 1e-5, 1e-6]) {
             set.power = power;
         }
-        beaten.all[0].added = vec![bound("dahl"), bound("bouc_wen")].leak();
+        beaten.all[0].added = vec![bound("dahl@x"), bound("bouc_wen@x")].leak();
         assert_eq!(beaten.good(&alike), [0, 2]);
         // With nothing to be gained, nothing is added, and nothing else has a part.
         let same: Vec<f64> = base.iter().map(|e| e - 0.01).collect();
