@@ -129,6 +129,11 @@ impl<'a> Unseen<'a> {
         }
     }
 
+    /// The validation records, where there are any.
+    pub(super) fn validation(&self) -> Option<&Records<'a>> {
+        self.validation
+    }
+
     /// What these rows are.
     pub(super) fn judged_on(&self) -> JudgedOn {
         match self.validation {

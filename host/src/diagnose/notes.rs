@@ -140,12 +140,19 @@ pub(super) fn in_notes(
                 100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
             ));
         } else if unmeasured[decision.axis] > 0.0 {
-            notes.push(match floors[decision.axis].follows_motion {
-                true => format!(
+            let mut refuted = search.refuted.iter();
+            let refuted = refuted.find(|refuted| refuted.axis == decision.axis);
+            notes.push(match (refuted, floors[decision.axis].follows_motion) {
+                (Some(refuted), _) => format!(
+                    "axis {axis}: what is left stands above the noise of the sensors. {} may act in one part of the records, which the others \
+                     cannot confirm, or the joint changes with something that nobody measures: record the motion of that part again",
+                    refuted.bound.name(names)
+                ),
+                (None, true) => format!(
                     "axis {axis}: what is left stands above the noise of the sensors and is larger where the axis moves more, but follows \
                      neither place, speed nor past: the joint changes with something that nobody measures"
                 ),
-                false => of_a_force(search, learnt, decision.axis, axis),
+                (None, false) => of_a_force(search, learnt, decision.axis, axis),
             });
         } else if decision.left > MUCH && !floors[decision.axis].at_rest {
             notes.push(format!(

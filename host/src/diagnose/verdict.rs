@@ -278,7 +278,12 @@ fn unmeasured(
         return 0.0;
     };
     let noise = floor.rms / learnt.references.force[axis];
-    let left = decision.left.min(last);
+    let mut refuted = search.refuted.iter();
+    let left = match refuted.any(|refuted| refuted.axis == axis) {
+        // What the decision left was with what unseen rows refuted.
+        true => last,
+        false => decision.left.min(last),
+    };
     let above = (left * left - noise * noise).max(0.0);
     // A load that stands still is no yardstick for what moves.
     let share = criteria::tolerance() * decision.moving.sqrt();

@@ -307,6 +307,22 @@ fn diagnosed(folder: &Path) -> serde_json::Value {
     json(folder, "diagnose . model.json")
 }
 
+/// An end stop that one burst of an earthquake meets: no other stretch confirms it, and what it
+/// leaves is thirty times the noise.
+#[test]
+fn what_one_stretch_alone_shows_is_not_nothing() {
+    let case = MachineCase::draw(32001, 285, None).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    case.write(folder.path()).unwrap();
+    let said = diagnosed(folder.path());
+    assert_eq!(said["verdict"], "unknown", "{said}");
+    let notes = said["notes"].to_string();
+    assert!(
+        notes.contains("may act in one part of the records"),
+        "{notes}"
+    );
+}
+
 /// Laws outside the library, in a testing machine, with a part of what is said of them.
 const NAMELESS: [(&str, usize, &str); 6] = [
     ("spring of a random smooth shape", 2, "a smooth function of"),

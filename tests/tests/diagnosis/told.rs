@@ -1,6 +1,7 @@
 //! What is told beside the figures: loads that stand still, errors above the noise, look-alikes.
 
 use jointwatch_tests::program::{json, says, succeed};
+use jointwatch_tests::written::{HEAD, write_study};
 use std::fs;
 use std::path::Path;
 
@@ -8,9 +9,14 @@ const RATE_HZ: f64 = 100.0;
 
 /// Writes a log of a slow swing, with a force of its own in every row.
 fn write_log(folder: &Path, name: &str, force: impl Fn(f64, f64) -> f64) {
+    write_swing(folder, name, 2e-3, force);
+}
+
+/// The same of a swing of this size.
+fn write_swing(folder: &Path, name: &str, size: f64, force: impl Fn(f64, f64) -> f64) {
     let rows = (0..3000).map(|row| {
         let t = f64::from(row) / RATE_HZ;
-        let x = 2e-3 * ((2.1 * t).sin() + 0.6 * (3.7 * t).sin());
+        let x = size * ((2.1 * t).sin() + 0.6 * (3.7 * t).sin());
         format!("{t},{x},{}\n", force(t, x))
     });
     let log = format!("t,x_m,F_N\n{}", rows.collect::<String>());
@@ -57,6 +63,32 @@ fn of_a_load_that_stands_still_the_error_is_told_beside_what_varies() {
     let after = json["relative_error_after"]["x"].as_f64().unwrap();
     assert!(after < 3e-3, "{after}");
     assert_eq!(json["verdict"], "unknown", "{json:#}");
+}
+
+#[test]
+fn what_is_small_in_training_and_large_in_validation_is_missing() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    for (name, size) in [("a.csv", 0.6e-3), ("b.csv", 4e-3)] {
+        // Tones that the motion does not have stand for noise.
+        write_swing(here, name, size, |t, x| {
+            1e5 * x + 1.2e9 * x * x * x + 40.0 * size * of_nothing(t, size)
+        });
+    }
+    let terms = "\"stiffness@x\", \"viscous@x\"";
+    let head = HEAD.replace("\"x\"\nforce = \"F\"", "\"x_m\"\nforce = \"F_N\"");
+    write_study(here, &head, &["a.csv", "b.csv"], 1, terms);
+    succeed(here, "identify . --model physical -o base.json");
+    let json = json(here, "diagnose . base.json");
+    println!("{} {}", json["verdict"], json["found"]);
+    assert_eq!(json["verdict"], "effect");
+    assert_eq!(json["found"][0]["effect"], "cubic_hardening");
+    let error = |when: &str| {
+        json[format!("relative_error_{when}")]["x"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(error("after") < 0.05 * error("before"), "{json}");
 }
 
 #[test]

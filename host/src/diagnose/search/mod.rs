@@ -17,6 +17,7 @@ use crate::diagnose::decide::{Decision, decide};
 use crate::diagnose::errors::{Unseen, relative_errors, shapes_of};
 use crate::fit::effects::columns::Records;
 use crate::fit::effects::{Solution, solve, solved_at};
+use crate::fit::errors::AT_REST_BELOW;
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
@@ -176,6 +177,7 @@ fn search_once(
         terms: base.to_vec(),
         values: solution.solved.values.clone(),
         of_base: base.len(),
+        least_shares: least_shares(given, &records, base, &solution),
     };
     let mut decisions: Vec<Decision> = Vec::new();
     let mut zeros: Vec<Option<Zeros>> = given.axes.iter().map(|_| None).collect();
@@ -197,6 +199,7 @@ fn search_once(
         terms,
         values,
         of_base,
+        ..
     } = known;
     let from = shapes_of(&records, &terms, &values);
     let fitted = if terms.len() > of_base {
@@ -232,6 +235,8 @@ struct Known {
     terms: Vec<AxisEffect>,
     values: Vec<Vec<f64>>,
     of_base: usize,
+    /// Per axis, what an effect explains at least, RMS beside the RMS force.
+    least_shares: Vec<f64>,
 }
 
 impl Known {
@@ -248,6 +253,36 @@ impl Known {
             self.values.push(values.clone());
         }
     }
+}
+
+/// What an effect explains of each axis at least, RMS beside the RMS force of the training records.
+///
+/// Where the base fails more on the validation records, what explains little of the training
+/// records may explain much there: so much less counts as the training records show it less. An
+/// axis that rests in validation says nothing.
+fn least_shares(
+    given: &Given<'_>,
+    records: &Records<'_>,
+    base: &[AxisEffect],
+    solution: &Solution,
+) -> Vec<f64> {
+    let axes = 0..given.axes.len();
+    let Some(validation) = given.unseen.validation() else {
+        return axes.map(|axis| least_share(records, axis)).collect();
+    };
+    let [learnt, unseen] =
+        [records, validation].map(|r| relative_errors(r, base, &solution.solved));
+    let [of_learnt, of_unseen] = [records, validation].map(|r| &r.references.force);
+    axes.map(|axis| {
+        let rests = of_unseen[axis] < AT_REST_BELOW * of_learnt[axis];
+        let shown = if rests {
+            1.0
+        } else {
+            learnt[axis] / unseen[axis]
+        };
+        least_share(records, axis) * shown.min(1.0)
+    })
+    .collect()
 }
 
 /// The axes, those of which the base leaves most first: what acts on both is then found where it
@@ -394,8 +429,12 @@ fn on_axis(
 ) -> Decision {
     let (terms, values) = (known.terms.as_slice(), known.values.as_slice());
     let base = beside(own_zero, &of_axis(axis, terms, values));
-    let full = Bench::new(records, axis, &base, own_zero);
-    let part = excerpt.map(|excerpt| Bench::new(excerpt, axis, &base, own_zero));
+    let bench = |records| {
+        let mut bench = Bench::new(records, axis, &base, own_zero);
+        bench.least_share = known.least_shares[axis];
+        bench
+    };
+    let (full, part) = (bench(records), excerpt.map(bench));
     let searched = part.as_ref().unwrap_or(&full);
     let inputs = searched.records.inputs().into_iter();
     let inputs: Vec<&'static str> = inputs
