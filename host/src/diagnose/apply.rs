@@ -8,7 +8,7 @@ use crate::diagnose::in_time::diagnose_prepared;
 use crate::diagnose::{Diagnosis, Found, PerAxis, SearchOptions, Verdict};
 use crate::fit::identify::Prepared;
 use crate::model::corrections::of_the_joint;
-use crate::model::effects::AxisEffect;
+use crate::model::effects::{AxisEffect, ModelEffect};
 use crate::model::file::{JudgedOn, ModelFile, per_axis};
 use crate::study::Study;
 use crate::text::error::Result;
@@ -107,6 +107,21 @@ impl Applied {
             format!(
                 "named at first and not in the model, since beside what was added it is not needed or could not be kept: {}",
                 listed(&others)
+            )
+        })
+    }
+
+    /// What was added though every interval of its strengths holds 0, as the error falls by half
+    /// with it, in a sentence without its full stop.
+    pub fn unsure(&self) -> Option<String> {
+        let effects = self.model.effects.iter().filter(|e| e.is_undetermined());
+        let mut names: Vec<String> = effects.map(ModelEffect::name).collect();
+        names.retain(|name| self.staircase.has_added(name));
+        (!names.is_empty()).then(|| {
+            format!(
+                "the error falls, but these records do not tell the strength of {}, whose 95 % intervals hold 0: record more of such motion \
+                 before you believe the values",
+                names.join(", ")
             )
         })
     }

@@ -137,8 +137,8 @@ fn end(console: &Console, output: &Path, applied: &Applied) -> Result<()> {
     console.say(format!("\n{}", staircase::in_words(&applied.staircase)))?;
     if added {
         super::say_values(console, &applied.model)?;
-        if let Some(not_kept) = applied.not_kept() {
-            console.say(format!("Note: {not_kept}."))?;
+        for note in [applied.not_kept(), applied.unsure()].into_iter().flatten() {
+            console.say(format!("Note: {note}."))?;
         }
         console.say_warnings(&applied.model.warnings)?;
         console.say(format!("\nModel written to {}.", output.display()))?;

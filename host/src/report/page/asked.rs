@@ -77,6 +77,7 @@ impl<'a> Asked<'a> {
         let steps = steps::applied(applied);
         let mut remarks = applied.first.notes.clone();
         remarks.extend(applied.not_kept());
+        remarks.extend(applied.unsure());
         remarks.push(applied.staircase.ended.clone());
         Self {
             before: (steps.len() > 1).then_some(before),
