@@ -254,22 +254,30 @@ fn counts_that_are_too_coarse_are_named() {
 }
 
 #[test]
-fn a_force_that_is_switched_is_named() {
+fn a_force_that_the_motion_switches_is_named_and_a_switching_drive_is_not() {
     let mut study = study(&SimulationOptions {
         seed: SEED,
         axes: 1,
         ..SimulationOptions::default()
     });
-    for record in &mut study.records {
-        for force in &mut record.axes[0].force {
-            *force = 12f64.copysign(*force);
+    let mut finds = |switch: &dyn Fn(usize, f64) -> bool| {
+        for record in &mut study.records {
+            let logged = &mut record.axes[0];
+            let relative = logged.relative_displacement();
+            let steps = relative.windows(2).map(|pair| pair[1] - pair[0]);
+            let steps = steps.chain([0.0]).enumerate();
+            let levels = steps.map(|(row, step)| if switch(row, step) { 12.0 } else { -12.0 });
+            logged.force = levels.collect();
         }
-    }
-    let found = found(&study);
-    let switched = found
-        .iter()
-        .find(|f| f.sentence.contains("takes 2 values alone"));
-    assert!(switched.is_some_and(|f| f.serious), "{found:?}");
+        let found = found(&study);
+        let mut found = found.iter();
+        let switched = found.find(|f| f.sentence.contains("takes 2 values alone"));
+        switched.map(|f| f.serious)
+    };
+    assert_eq!(finds(&|_, step| step > 0.0), Some(true));
+    // Every 0.1 s anew, by a rule that knows nothing of the motion.
+    let random = |row: usize| (row / 200).wrapping_mul(2_654_435_761) >> 7 & 1 == 0;
+    assert_eq!(finds(&|row, _| random(row)), None);
 }
 
 #[test]

@@ -3,9 +3,9 @@
 
 use super::finding::Finding;
 use crate::study::quasi_static::direction_beyond;
-use crate::study::series::{median, range};
+use crate::study::series::{mean, median, range};
 use crate::study::{Channels, Role, Study};
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 
 /// Counts from one end of the motion to the other below which a displacement has too few: rounding
 /// to counts then makes an error of 1/(√12·counts) of the motion, which for a spring is above the
@@ -15,6 +15,8 @@ const FEW_COUNTS: f64 = 50.0;
 const NEXT_TO_NO_COUNTS: f64 = 10.0;
 /// A force of no more levels is one that is switched.
 const MOST_LEVELS: usize = 4;
+/// The motion switches it where it tells more than half of the force's variance.
+const SWITCHED: f64 = 0.5;
 /// Rows below which it may have a few levels by chance.
 const LEAST_ROWS: usize = 100;
 /// Rows from one turn of the motion to the next below which the way between is not known: a loop
@@ -40,8 +42,8 @@ fn training(study: &Study, index: usize) -> impl Iterator<Item = &Channels> {
     records.map(move |record| &record.axes[index])
 }
 
-/// Whether a force is switched between a few levels: whatever else switches with it explains it
-/// wholly.
+/// Whether a force is switched between a few levels by the motion: whatever else switches with it
+/// explains it wholly. A drive that switches by itself is a good one.
 fn levels(study: &Study, index: usize) -> Option<Finding> {
     let mut levels = HashSet::new();
     let mut rows = 0;
@@ -54,16 +56,39 @@ fn levels(study: &Study, index: usize) -> Option<Finding> {
             }
         }
     }
-    (levels.len() > 1 && rows > LEAST_ROWS).then(|| Finding {
+    let is_switched = levels.len() > 1 && rows > LEAST_ROWS;
+    (is_switched && switched_by_the_motion(study, index) > SWITCHED).then(|| Finding {
         sentence: format!(
-            "axis {}: its force takes {} values alone in {rows} rows, so any law that switches with the motion explains it; log the force \
-             that acts at the joint, or drive it at many levels",
+            "axis {}: its force takes {} values alone in {rows} rows and switches with the motion, so any law that does so explains it; \
+             log the force that acts at the joint, or drive it at many levels",
             study.axes[index].name,
             levels.len()
         ),
         serious: true,
         spikes: None,
     })
+}
+
+/// The part of a force's variance that is told by the direction of travel and the side of the
+/// middle.
+fn switched_by_the_motion(study: &Study, index: usize) -> f64 {
+    let mut sides: BTreeMap<[bool; 2], Vec<f64>> = BTreeMap::new();
+    for channels in training(study, index) {
+        let displacement = channels.relative_displacement();
+        let middle = median(displacement.clone()).unwrap_or_default();
+        let steps = displacement.windows(2).zip(&channels.force);
+        for (step, force) in steps {
+            let side = [step[1] > step[0], step[0] > middle];
+            sides.entry(side).or_default().push(*force);
+        }
+    }
+    let whole: Vec<f64> = sides.values().flatten().copied().collect();
+    let deviation = |forces: &[f64]| {
+        let mean = mean(forces);
+        forces.iter().map(|f| (f - mean).powi(2)).sum::<f64>()
+    };
+    let within: f64 = sides.values().map(|forces| deviation(forces)).sum();
+    1.0 - within / deviation(&whole).max(f64::MIN_POSITIVE)
 }
 
 /// Whether next to nothing was logged between the turns of a motion.
