@@ -107,6 +107,27 @@ fn the_mistakes_of_a_first_day_are_told_with_their_cure_and_sound_rigs_are_left_
     }
 }
 
+/// A cart that always rolls forwards and is always pushed, less where it is fast: what varies gives
+/// out energy, and the joint takes in what the whole force does.
+#[test]
+fn a_force_that_never_turns_takes_in_the_work_of_all_of_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = (0..3000).map(|row| {
+        let t = f64::from(row);
+        let noise = (t * t * 0.37).sin();
+        let speed = 6.0 + 1.5 * (0.05 * t).sin() + (0.031 * t).sin();
+        format!("{t},{speed},{}\n", 85.0 - 5.0 * speed + noise)
+    });
+    let log = format!("t_s,speed_m/s,force_N\n{}", rows.collect::<String>());
+    fs::write(folder.path().join("run.csv"), log).unwrap();
+    succeed(folder.path(), "init --yes run.csv");
+    let said = mistakes::check(&Study::read(folder.path()).unwrap());
+    assert!(
+        !said.iter().any(|s| s.contains("gives out energy")),
+        "{said:?}"
+    );
+}
+
 /// A joint that is driven by itself in one part of a log: there is no sensor to turn round.
 #[test]
 fn parts_of_one_file_count_one_way() {

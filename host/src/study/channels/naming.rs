@@ -303,6 +303,7 @@ mod tests {
         for (name, stem, unit) in [
             ("a2_m_s2", "a2", Some("m/s2")),
             ("phi_rad", "phi", Some("rad")),
+            ("shear_rate_1/s", "shear_rate", Some("1/s")),
             ("v_mm_per_s", "v", Some("mm/s")),
             ("alpha_rad_per_s2", "alpha", Some("rad/s2")),
             ("omega [rad per s]", "omega", Some("rad per s")),

@@ -31,8 +31,8 @@ const POUND_FORCE: f64 = 0.453_592_37 * GRAVITY;
 const BARE: [&str; 10] = ["V", "mV", "A", "mA", "mV/V", "count", "bit", "%", "1", "-"];
 
 /// Units of channels that no study uses, met in rows of units.
-const OTHER: [&str; 11] = [
-    "W", "K", "C", "degC", "Pa", "kPa", "MPa", "bar", "Hz", "kHz", "Ohm",
+const OTHER: [&str; 12] = [
+    "W", "K", "C", "degC", "Pa", "kPa", "MPa", "bar", "Hz", "kHz", "1/s", "Ohm",
 ];
 
 /// Units written out, in the singular and in small letters.

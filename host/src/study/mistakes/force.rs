@@ -5,6 +5,7 @@ use super::{Axis, LIMITS};
 use crate::study::channels::units::Quantity;
 use crate::study::check::kinematics::{alike, joint_motion};
 use crate::study::check::linear::{Fitted, Linear};
+use crate::study::series::dot;
 use crate::study::{AxisKind, Channels, Convention};
 use crate::text::table::short;
 
@@ -17,15 +18,19 @@ impl Axis<'_> {
     pub(super) fn force(&self) -> Option<String> {
         let moving = self.moving_records();
         let blocks = BLOCKS.div_ceil(moving.len().max(1));
-        let mut all = self.fit();
+        let (mut all, mut all_work) = (self.fit(), 0.0);
         let (mut right, mut turned): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
         for record in moving {
             let mut alone = self.fit();
-            self.add(
+            let work = self.add(
                 &record.axes[self.index],
                 [(&mut all, blocks), (&mut alone, BLOCKS)],
             );
-            match alone.solve().and_then(|fitted| self.is_right(&fitted)) {
+            all_work += work;
+            match alone
+                .solve()
+                .and_then(|fitted| self.is_right(&fitted, work))
+            {
                 Some(true) => right.push(&record.file),
                 Some(false) => turned.push(&record.file),
                 None => {}
@@ -34,7 +39,7 @@ impl Axis<'_> {
         turned.retain(|file| !right.contains(file));
         match turned.first().filter(|_| !right.is_empty()) {
             Some(file) => Some(self.turned_sentence(file)),
-            None => self.force_sentence(&all.solve()?),
+            None => self.force_sentence(&all.solve()?, all_work),
         }
     }
 
@@ -48,8 +53,9 @@ impl Axis<'_> {
         Linear::new(if self.has_no_inertia() { 2 } else { 3 })
     }
 
-    /// Adds a record to fits, in so many blocks.
-    fn add(&self, channels: &Channels, fits: [(&mut Linear, usize); 2]) {
+    /// Adds a record to fits, in so many blocks; gives the work that the joint takes in by the
+    /// signs as they are, times the sample rate.
+    fn add(&self, channels: &Channels, fits: [(&mut Linear, usize); 2]) -> f64 {
         let x = channels.relative_displacement();
         // What is derived is that of the body, against which a single column may count.
         let body = channels.body_position.as_ref().unwrap_or(&x);
@@ -62,16 +68,19 @@ impl Axis<'_> {
                 false => fit.add(&[&v, &x, &a], &force, blocks),
             }
         }
+        self.axis().restoring_force.sign() * dot(&force, &v)
     }
 
     /// Whether a force counts as the study says, by the body's mass or the energy that the joint
-    /// takes in; nothing where neither tells.
-    fn is_right(&self, fitted: &Fitted) -> Option<bool> {
+    /// takes in; nothing where neither tells, or where a force that stands still makes the work
+    /// another one than that of what varies.
+    fn is_right(&self, fitted: &Fitted, work: f64) -> Option<bool> {
         match fitted.coefficients.get(2) {
             Some(mass) if fitted.sure(2) => Some(*mass > 0.0),
             // No lateness of a channel turns so large a share.
             _ if fitted.sure(0) && fitted.shares[0] > LIMITS.large => {
-                Some(self.axis().restoring_force.sign() * fitted.coefficients[0] > 0.0)
+                let damps = self.axis().restoring_force.sign() * fitted.coefficients[0] > 0.0;
+                (damps == (work > 0.0)).then_some(damps)
             }
             _ => None,
         }
@@ -89,13 +98,13 @@ impl Axis<'_> {
     }
 
     /// What is told of all records together.
-    fn force_sentence(&self, fitted: &Fitted) -> Option<String> {
+    fn force_sentence(&self, fitted: &Fitted, work: f64) -> Option<String> {
         let axis = self.axis();
         let column = &self.columns.force;
         let sign = axis.restoring_force.sign();
         let [damping, stiffness] = [0, 1].map(|i| sign * fitted.coefficients[i]);
         let mass = (!self.has_no_inertia() && fitted.sure(2)).then(|| fitted.coefficients[2]);
-        let gains_energy = fitted.sure(0) && damping < 0.0;
+        let gains_energy = fitted.sure(0) && damping < 0.0 && work < 0.0;
         let pushes_away = fitted.sure(1) && stiffness < 0.0;
         let other = match axis.restoring_force {
             Convention::ForceMinusInertia => "inertia_minus_force",

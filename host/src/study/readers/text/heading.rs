@@ -2,6 +2,7 @@
 //! their own.
 
 use super::is_blank;
+use crate::study::channels::naming::split_unit;
 use crate::study::channels::units::is_a_unit;
 
 /// The names, and the units below or within them; `names` are the last lines above the first row,
@@ -112,16 +113,19 @@ pub(super) fn commented_heading(
     let comments = top[..above].iter().rev();
     let comments = comments.map(|(_, line)| line.trim_start().trim_start_matches(['#', '%', '/']));
     let words = |comment: &str| {
-        let words = split_line(comment);
-        // “# Columns: t x F”
-        match comment.split_once(':') {
-            Some((_, names)) if words.len() != columns => {
-                let blanks = names.split_whitespace().map(str::to_owned);
-                let ways = [split_line(names.trim()), blanks.collect()];
-                ways.into_iter().find(|names| names.len() == columns)
-            }
-            _ => Some(words),
+        let fits = |names: &Vec<String>| names.len() == columns;
+        let blanks =
+            |text: &str| -> Vec<String> { text.split_whitespace().map(str::to_owned).collect() };
+        // Blanks above rows with tabs: names where one of them has a unit, or else words.
+        let named = blanks(comment);
+        let has_unit = named.iter().any(|name| split_unit(name).1.is_some());
+        let mut ways = vec![split_line(comment)];
+        ways.extend(has_unit.then_some(named));
+        // "# Columns: t x F"
+        if let Some((_, names)) = comment.split_once(':') {
+            ways.extend([split_line(names.trim()), blanks(names)]);
         }
+        ways.into_iter().find(fits)
     };
     let lines = comments
         .filter(|comment| !is_blank(comment))

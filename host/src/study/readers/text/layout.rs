@@ -193,6 +193,14 @@ mod tests {
             ("t x F\n", "0.1   2.5 3", Blanks, Decimal::Point, "t|x|F", 2),
             ("# t x F\n", "0.1 2.5 3", Blanks, Decimal::Point, "t|x|F", 2),
             (
+                "#time Strain(-) Stress(Pa)\n",
+                "0.1\t2.5\t3",
+                Char('\t'),
+                Decimal::Point,
+                "time|Strain(-)|Stress(Pa)",
+                2,
+            ),
+            (
                 "Run 7\n\nt;x;F\n",
                 "1;2;3",
                 Char(';'),
