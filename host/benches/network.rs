@@ -1,7 +1,7 @@
 //! What a network gains over the polynomial and what that costs: validation errors, training times
 //! and prediction, in one run.
 //!
-//! `cargo bench -p jointwatch --bench network` prints the tables of docs/explanation/fits.md. Five
+//! `cargo bench -p jointwatch --bench network` prints the tables of docs/notebook/fits.md. Five
 //! data seeds of the default rig, logs with encoder counts, without and with sensor noise, through
 //! the same filters as a user's; NMSE in percent on the validation record in the common band. Every
 //! training runs in one thread; times are CPU seconds of it.

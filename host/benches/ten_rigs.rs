@@ -1,7 +1,7 @@
 //! How well the fits generalise: plain, default and selected fits of ten simulated rigs with
 //! different parameters, as a table.
 //!
-//! `cargo bench -p jointwatch --bench ten_rigs` prints the tables of docs/explanation/fits.md. Logs
+//! `cargo bench -p jointwatch --bench ten_rigs` prints the tables of docs/notebook/fits.md. Logs
 //! with noise and encoder counts go through the same filters as a user's; errors are NMSE in
 //! percent on the validation record, band-limited as `compare` does.
 

@@ -1,9 +1,9 @@
 //! Faults that some test has to notice: `tests/faults.toml` lists them, and each is tried in a copy
 //! of the crates.
 
-use crate::program::workspace;
+use crate::program::{copy_folder, workspace};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
 /// One fault of the list.
@@ -218,18 +218,4 @@ impl Copy {
         let said = [output.stdout, output.stderr].concat();
         Err(String::from_utf8_lossy(&said).into_owned())
     }
-}
-
-fn copy_folder(from: &Path, to: &Path) -> std::io::Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let to = to.join(entry.file_name());
-        if entry.file_type()?.is_dir() {
-            copy_folder(&entry.path(), &to)?;
-        } else {
-            fs::copy(entry.path(), to)?;
-        }
-    }
-    Ok(())
 }

@@ -1,10 +1,11 @@
 //! What changed in a joint since its model was made: parameters, effects, errors; and records are
 //! known again by their hash.
 
-use jointwatch_tests::program::{fail, json, read_json, says, succeed};
+use jointwatch_tests::program::{copy_folder, fail, json, read_json, says, succeed};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
+use std::sync::LazyLock;
 use tempfile::TempDir;
 
 fn simulate(folder: &Path, out: &str, more: &[&str]) {
@@ -12,12 +13,17 @@ fn simulate(folder: &Path, out: &str, more: &[&str]) {
     succeed(folder, &[&all, more].concat());
 }
 
-/// A folder with the model of a joint as it was.
+/// A folder with the records and the model of a joint as it was.
 fn before() -> TempDir {
+    static MADE: LazyLock<TempDir> = LazyLock::new(|| {
+        let folder = tempfile::tempdir().unwrap();
+        simulate(folder.path(), "then", &["--seed", "1"]);
+        let identify = ["identify", "then", "--model", "physical", "-o", "old.json"];
+        succeed(folder.path(), &identify);
+        folder
+    });
     let folder = tempfile::tempdir().unwrap();
-    simulate(folder.path(), "then", &["--seed", "1"]);
-    let identify = ["identify", "then", "--model", "physical", "-o", "old.json"];
-    succeed(folder.path(), &identify);
+    copy_folder(MADE.path(), folder.path()).unwrap();
     folder
 }
 
@@ -45,7 +51,7 @@ fn another_run_of_the_same_joint_has_not_changed() {
 }
 
 #[test]
-fn a_stiffer_joint_is_told_with_its_figures() {
+fn a_stiffer_joint_is_told_with_its_figures_and_shown() {
     let folder = before();
     simulate(folder.path(), "now", &["--seed", "2", "--vary", "3"]);
     let said = changed(folder.path(), &["now"]);
@@ -60,8 +66,25 @@ fn a_stiffer_joint_is_told_with_its_figures() {
     assert!((found / wanted - 1.0).abs() < 0.02, "{stiffness}");
     assert_eq!(stiffness["counts"], true, "{stiffness}");
     assert_eq!(said["errors"][0]["grew"], true, "{said}");
-    let words = succeed(folder.path(), &["changed", "old.json", "now"]);
-    says(&words, &["Changed: ", "stiffness of stiffness@x by"]);
+    let report = ["changed", "old.json", "now", "--report", "page.html"];
+    let words = succeed(folder.path(), &report);
+    says(
+        &words,
+        &[
+            "Changed: ",
+            "stiffness of stiffness@x by",
+            "Report written to page.html",
+        ],
+    );
+    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
+    let sentence = words.lines().find(|l| l.starts_with("Changed: ")).unwrap();
+    let shown = sentence.split(';').next().unwrap();
+    assert!(page.contains(shown.trim_end_matches('.')), "{sentence}");
+    assert!(page.contains("\"versions\":[\"before\",\"after\"]"));
+    // No report over the study.
+    let over = ["changed", "old.json", "now", "--report", "now/study.toml"];
+    let said = fail(folder.path(), &over, 2);
+    assert!(said.contains("would be written over"), "{said}");
 }
 
 #[test]
@@ -132,22 +155,4 @@ fn a_study_of_validation_records_alone_is_compared_and_not_learnt_from() {
     assert!(parameter(&said, "stiffness")["new"].as_f64().is_some());
     let refused = fail(folder.path(), "identify now --model physical", 3);
     assert!(refused.contains("role = \"train\""), "{refused}");
-}
-
-#[test]
-fn a_report_shows_the_joint_then_and_now_with_what_changed() {
-    let folder = before();
-    simulate(folder.path(), "now", &["--seed", "2", "--vary", "3"]);
-    let report = ["changed", "old.json", "now", "--report", "page.html"];
-    let words = succeed(folder.path(), &report);
-    assert!(words.contains("Report written to page.html"), "{words}");
-    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
-    let sentence = words.lines().find(|l| l.starts_with("Changed: ")).unwrap();
-    let shown = sentence.split(';').next().unwrap();
-    assert!(page.contains(shown.trim_end_matches('.')), "{sentence}");
-    assert!(page.contains("\"versions\":[\"before\",\"after\"]"));
-    // No report over the study.
-    let over = ["changed", "old.json", "now", "--report", "now/study.toml"];
-    let said = fail(folder.path(), &over, 2);
-    assert!(said.contains("would be written over"), "{said}");
 }

@@ -21,7 +21,7 @@ fn every_parameter_of_the_clean_default_rig_is_found() {
 
 #[test]
 fn intervals_cover_the_truth_of_noisy_rigs() {
-    // `--bin coverage -- --seeds 100` is the full campaign; docs/explanation/fits.md has its table.
+    // `--bin coverage -- --seeds 100` is the full campaign; docs/notebook/fits.md has its table.
     let coverage = Coverage::of(0..12, Some(60.0)).unwrap();
     println!("{}", report(&coverage));
     assert!(coverage.share() >= 0.85, "{}", coverage.share());

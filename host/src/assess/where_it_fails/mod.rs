@@ -5,6 +5,7 @@ use crate::signal::spectrum::Accumulator;
 use crate::study::series::mean;
 use crate::text::table::rounded;
 use serde::Serialize;
+use std::ops::Range;
 
 /// One place that holds a large part of an axis's error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -348,22 +349,12 @@ fn time_span(
     total: f64,
 ) -> Option<FailingRegion> {
     let rows: usize = records.iter().map(|r| r.error.len()).sum();
-    // The narrowest stretch of one record that holds half of all the error, by two pointers.
-    let mut best: Option<(usize, usize, usize, f64)> = None;
-    for (index, record) in records.iter().enumerate() {
-        let (mut first, mut sum) = (0, 0.0);
-        for (last, error) in record.error.iter().enumerate() {
-            sum += error * error;
-            while sum - record.error[first] * record.error[first] >= HALF * total {
-                sum -= record.error[first] * record.error[first];
-                first += 1;
-            }
-            let narrower = best.is_none_or(|(_, a, b, _)| last - first < b - a);
-            if sum >= HALF * total && narrower {
-                best = Some((index, first, last, sum / total));
-            }
-        }
-    }
+    // The narrowest stretch of one record that holds half of all the error.
+    let each = records.iter().enumerate().filter_map(|(index, record)| {
+        let squares: Vec<f64> = record.error.iter().map(|e| e * e).collect();
+        narrowest_half(&squares, total).map(|(rows, share)| (index, rows, share))
+    });
+    let best = each.min_by_key(|(_, rows, _)| rows.len());
     let evenly = || FailingRegion {
         axis: axis.into(),
         kind: "time",
@@ -372,10 +363,10 @@ fn time_span(
         share_of_rows: 1.0,
         extent: Extent::Everywhere,
     };
-    let Some((index, first, last, share)) = best else {
+    let Some((index, stretch, share)) = best else {
         return Some(evenly());
     };
-    let part = (last + 1 - first) as f64 / rows as f64;
+    let part = stretch.len() as f64 / rows as f64;
     if part > SPREAD {
         return Some(evenly());
     }
@@ -387,17 +378,37 @@ fn time_span(
         region: format!(
             "{} from {:.3} s to {:.3} s",
             record.file,
-            at(first),
-            at(last)
+            at(stretch.start),
+            at(stretch.end - 1)
         ),
         share_of_error: share,
         share_of_rows: part,
         extent: Extent::Time {
             file: record.file.into(),
-            from_s: at(first),
-            to_s: at(last),
+            from_s: at(stretch.start),
+            to_s: at(stretch.end - 1),
         },
     })
+}
+
+/// The narrowest run that holds half of `total`, by two pointers, and its share of it; nothing
+/// where all together hold less.
+fn narrowest_half(parts: &[f64], total: f64) -> Option<(Range<usize>, f64)> {
+    let (mut first, mut sum) = (0, 0.0);
+    let mut best: Option<(Range<usize>, f64)> = None;
+    for (last, part) in parts.iter().enumerate() {
+        sum += part;
+        while sum - parts[first] >= HALF * total {
+            sum -= parts[first];
+            first += 1;
+        }
+        let run = first..last + 1;
+        let narrower = best.as_ref().is_none_or(|(best, _)| run.len() < best.len());
+        if sum >= HALF * total && narrower {
+            best = Some((run, sum / total));
+        }
+    }
+    best
 }
 
 fn frequency_band(
@@ -416,28 +427,16 @@ fn frequency_band(
     if total <= 0.0 || total.is_nan() {
         return None;
     }
-    let (mut first, mut sum) = (0, 0.0);
-    let mut best: Option<(usize, usize, f64)> = None;
-    for (last, line) in power.iter().enumerate() {
-        sum += line;
-        while sum - power[first] >= HALF * total {
-            sum -= power[first];
-            first += 1;
-        }
-        if sum >= HALF * total && best.is_none_or(|(a, b, _)| last - first < b - a) {
-            best = Some((first, last, sum / total));
-        }
-    }
-    let (first, last, share) = best?;
+    let (lines, share) = narrowest_half(power, total)?;
     let step = spectrum.resolution_hz;
-    let low = (first as f64 - 0.5).max(0.0) * step;
-    let high = (last as f64 + 0.5) * step;
+    let low = (lines.start as f64 - 0.5).max(0.0) * step;
+    let high = (lines.end as f64 - 0.5) * step;
     Some(FailingRegion {
         axis: axis.into(),
         kind: "frequency",
         region: format!("{} Hz to {} Hz", rounded(low), rounded(high)),
         share_of_error: share,
-        share_of_rows: ((last + 1 - first) as f64 * step / band_hz).min(1.0),
+        share_of_rows: (lines.len() as f64 * step / band_hz).min(1.0),
         extent: Extent::Frequency([low, high]),
     })
 }

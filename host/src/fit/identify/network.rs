@@ -2,11 +2,10 @@
 
 use super::state_input::StateInput;
 use super::{FitResult, Identified, Prepared};
-use crate::fit::errors::Sums;
-use crate::fit::network::{NetworkFit, NetworkOptions, TrainingObserver, fit_network};
-use crate::model::file::{AxisFit, Base};
-use crate::model::{ModelAxis, Network};
-use crate::signal::motion::{Motion, low_pass};
+use crate::fit::errors::Evaluated;
+use crate::fit::network::{NetworkFit, NetworkOptions, Restart, TrainingObserver, fit_network};
+use crate::model::ModelAxis;
+use crate::model::file::{AxisFit, Base, ModelFile};
 use crate::study::{Role, Study};
 use crate::text::error::Result;
 
@@ -65,14 +64,6 @@ pub fn network(
         warnings: fit.warnings.clone(),
     };
     let validation = prepared.of_role(study, Role::Validate);
-    let validation_nmse_percent = if validation.is_empty() {
-        Vec::new()
-    } else {
-        let restarts = fit.restarts.iter();
-        restarts
-            .map(|restart| nmse_percent(study, &fit, (&restart.network, input), &validation, band))
-            .collect::<Result<_>>()?
-    };
     let judged = if validation.is_empty() {
         &training
     } else {
@@ -80,42 +71,25 @@ pub fn network(
     };
     let disagreement = fit.disagreement(judged, input)?;
     let mut identified = prepared.finish(study, chosen.told(fit_result))?;
+    let of_restart = |restart: &Restart| {
+        let model = ModelFile {
+            base: Base::Network(restart.network.clone()),
+            ..identified.model.clone()
+        };
+        let evaluated = Evaluated::corrected(study, &model, prepared.motions.as_slice())?;
+        let errors = evaluated.pooled(Role::Validate).into_iter();
+        Ok(errors.map(|error| error.nmse_percent).collect())
+    };
+    let validation_nmse_percent = match validation.is_empty() {
+        true => Vec::new(),
+        false => fit.restarts.iter().map(of_restart).collect::<Result<_>>()?,
+    };
     identified.training = Some(Training {
         fit,
         validation_nmse_percent,
         disagreement,
     });
     Ok(identified)
-}
-
-/// NMSE in percent per axis over all motions together, in the common band.
-fn nmse_percent(
-    study: &Study,
-    fit: &NetworkFit,
-    (network, input): (&Network, Option<&str>),
-    motions: &[&Motion],
-    band: &[f64],
-) -> Result<Vec<f64>> {
-    let mut sums = vec![Sums::default(); study.axes.len()];
-    for motion in motions {
-        let predicted = network.predict(&motion.base_states(input))?;
-        for (index, (sums, predicted)) in sums.iter_mut().zip(&predicted).enumerate() {
-            let convention = study.axes[index].restoring_force;
-            let inertia = &fit.inertia[index];
-            let restoring = motion.restoring_force(index, inertia.value, convention);
-            let error: Vec<f64> = restoring
-                .iter()
-                .zip(predicted)
-                .map(|(r, p)| r - p)
-                .collect();
-            // The force that all other error figures are relative to.
-            let force = motion.measured_force(index, inertia.value, inertia.identified, convention);
-            let [error, force] =
-                [error, force].map(|series| motion.counted(low_pass(&series, band), band.len(), 1));
-            *sums = sums.plus(Sums::of(&error, &force));
-        }
-    }
-    Ok(sums.into_iter().map(Sums::nmse_percent).collect())
 }
 
 impl Training {
