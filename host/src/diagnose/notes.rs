@@ -140,8 +140,7 @@ pub(super) fn in_notes(
                 100.0 * (unnamed / decision.taken.power[0].max(f64::MIN_POSITIVE)).min(1.0)
             ));
         } else if unmeasured[decision.axis] > 0.0 {
-            let mut refuted = search.refuted.iter();
-            let refuted = refuted.find(|refuted| refuted.axis == decision.axis);
+            let refuted = search.refuted_on(decision.axis);
             notes.push(match (refuted, floors[decision.axis].follows_motion) {
                 (Some(refuted), _) => format!(
                     "axis {axis}: what is left stands above the noise of the sensors. {} may act in one part of the records, which the others \

@@ -278,11 +278,10 @@ fn unmeasured(
         return 0.0;
     };
     let noise = floor.rms / learnt.references.force[axis];
-    let mut refuted = search.refuted.iter();
-    let left = match refuted.any(|refuted| refuted.axis == axis) {
+    let left = match search.refuted_on(axis) {
         // What the decision left was with what unseen rows refuted.
-        true => last,
-        false => decision.left.min(last),
+        Some(_) => last,
+        None => decision.left.min(last),
     };
     let above = (left * left - noise * noise).max(0.0);
     // A load that stands still is no yardstick for what moves.
@@ -322,8 +321,7 @@ fn unmeasured_forces(
 fn powers(search: &Search, unmeasured: &[f64]) -> Vec<[f64; 2]> {
     let of_axis = |decision: &Decision| {
         let (named, unnamed) = (decision.named(), decision.without_name());
-        let mut refuted = search.refuted.iter();
-        let refuted = refuted.any(|refuted| refuted.axis == decision.axis);
+        let refuted = search.refuted_on(decision.axis).is_some();
         let mut found = search.found.iter();
         let stays = found.any(|bound| bound.acts_on(decision.axis));
         // Most of an error that laws explain here and not on other records has a cause that is none

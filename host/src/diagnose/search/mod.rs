@@ -6,13 +6,14 @@ pub(super) mod blocks;
 pub(super) mod collect;
 pub(super) mod descend;
 pub(super) mod hypothesis;
+mod outcome;
 pub(super) mod rank;
 pub(super) mod score;
 pub(crate) mod start;
 pub(super) mod zeros;
 
 use crate::diagnose::criteria;
-use crate::diagnose::decide::gains::{falls, is_gained, is_raised, is_refuted, mean_and_error};
+use crate::diagnose::decide::gains::{falls, is_gained};
 use crate::diagnose::decide::{Decision, decide};
 use crate::diagnose::errors::{Unseen, relative_errors, shapes_of};
 use crate::fit::effects::columns::Records;
@@ -21,13 +22,14 @@ use crate::fit::errors::AT_REST_BELOW;
 use crate::model::effects::AxisEffect;
 use crate::signal::motion::Motion;
 use crate::study::Axis;
-use crate::study::series::rms;
 use crate::text::error::Result;
 use crate::text::work;
 use bench::{Bench, least_share};
 use collect::{Library, candidates};
 use hypothesis::{Column, Hypothesis};
-use jointwatch_shared::effect::{Entry, Subsystem};
+use jointwatch_shared::effect::Entry;
+use outcome::refuted;
+pub(super) use outcome::{Model, Refuted};
 use rank::Field;
 use zeros::{OWN_ZEROS, Zeros, beside, beside_friction, judged, own_zero};
 
@@ -44,12 +46,6 @@ const LAGS_MS: [f64; 20] = [
 const MAX_REOPENED: usize = 3;
 /// The longest lag that a record shows, beside its length.
 const LONGEST_LAG: f64 = 0.2;
-
-/// A model with its values.
-pub(super) struct Model {
-    pub(super) terms: Vec<AxisEffect>,
-    pub(super) solution: Solution,
-}
 
 /// How a search went.
 pub(super) struct Search {
@@ -71,16 +67,11 @@ impl Search {
         let zeros = self.zeros.iter().flatten();
         zeros.filter(|z| self.found.contains(&z.own)).collect()
     }
-}
 
-/// What was found in the training records, and what unseen rows say of it.
-#[derive(Clone)]
-pub(super) struct Refuted {
-    pub(super) bound: AxisEffect,
-    pub(super) axis: usize,
-    /// Rise of the log error power of a block: mean and standard error; nothing where it has no
-    /// strength beside the others.
-    pub(super) rise: Option<[f64; 2]>,
+    /// The first effect that unseen rows refute on an axis.
+    pub(super) fn refuted_on(&self, axis: usize) -> Option<&Refuted> {
+        self.refuted.iter().find(|refuted| refuted.axis == axis)
+    }
 }
 
 /// What a search is given.
@@ -195,27 +186,27 @@ fn search_once(
     decisions.sort_by_key(|d| d.axis);
     // The search looks at what is predicted; a fit corrects what was logged.
     records.as_logged();
-    let Known {
-        terms,
-        values,
-        of_base,
-        ..
-    } = known;
-    let from = shapes_of(&records, &terms, &values);
-    let fitted = if terms.len() > of_base {
-        solve(&records, given.axes, &terms, Some(from))?
+    let from = shapes_of(&records, &known.terms, &known.values);
+    let fitted = if known.terms.len() > known.of_base {
+        solve(&records, given.axes, &known.terms, Some(from))?
     } else {
-        solved_at(&records, &terms, &from)?
+        solved_at(&records, &known.terms, &from)?
     };
     let mut last = Model {
-        terms,
+        terms: known.terms,
         solution: fitted,
     };
     let first = (base, solution.solved.values.as_slice());
     let of_zeros = zeros.iter().flatten().map(|z| (z.own, z.gains.clone()));
     let gains = decisions.iter().flat_map(|d| d.gains.iter().cloned());
     let gains: Vec<(AxisEffect, Vec<f64>)> = gains.chain(of_zeros).collect();
-    let refuted = refuted(given, &records, &mut last, (of_base, &gains), first)?;
+    let refuted = refuted(
+        (given.unseen, given.axes),
+        &records,
+        &mut last,
+        (known.of_base, &gains),
+        first,
+    )?;
     let found = last.terms.iter().filter(|term| !base.contains(term));
     Ok(Search {
         found: found.copied().collect(),
@@ -460,76 +451,4 @@ fn on_axis(
     };
     work::say(&format!("axis {name}: sets of effects"));
     decide(&field, given.axes.len(), &base)
-}
-
-/// Takes out of a model what unseen rows speak against; `gains` are those of the blocks that let
-/// each effect in.
-fn refuted(
-    given: &Given<'_>,
-    records: &Records<'_>,
-    last: &mut Model,
-    (kept, gains): (usize, &[(AxisEffect, Vec<f64>)]),
-    first: (&[AxisEffect], &[Vec<f64>]),
-) -> Result<Vec<Refuted>> {
-    let mut refuted = Vec::new();
-    if last.terms.len() <= kept {
-        return Ok(refuted);
-    }
-    let mut with = given.unseen.log_errors(&last.terms, &last.solution)?;
-    // The least important stands last.
-    let mut at = last.terms.len();
-    while at > kept {
-        at -= 1;
-        let bound = last.terms[at];
-        let (mut terms, mut values) = (last.terms.clone(), last.solution.solved.values.clone());
-        terms.remove(at);
-        values.remove(at);
-        // What it had taken the place of comes back.
-        let base = first.0.iter().zip(first.1);
-        for (term, own) in base.filter(|(term, _)| bound.replaces(term)) {
-            terms.push(*term);
-            values.push(own.clone());
-        }
-        let from = shapes_of(records, &terms, &values);
-        let solution = solve(records, given.axes, &terms, Some(from))?;
-        let without = given.unseen.log_errors(&terms, &solution)?;
-        let mut own: Vec<usize> = (0..given.axes.len()).collect();
-        own.retain(|&axis| bound.acts_on(axis));
-        let of_axis = |axis: usize| falls(&without[axis], &with[axis]);
-        // What acts on both may help on one of them more than it harms on the other.
-        let unseen: Vec<f64> = own.iter().flat_map(|&axis| of_axis(axis)).collect();
-        let seen = gains.iter().filter(|(effect, _)| *effect == bound);
-        let seen: Vec<f64> = seen.flat_map(|(_, gains)| gains.clone()).collect();
-        let absent = is_absent(records, &bound, &last.solution.solved.values[at]);
-        let raised = own
-            .iter()
-            .all(|&axis| is_raised(&without[axis], &with[axis]));
-        if !absent && !raised && !is_refuted(&seen, &unseen) {
-            continue;
-        }
-        let each = own.into_iter();
-        let each = each.map(|axis| (axis, mean_and_error(&of_axis(axis))));
-        if let Some((axis, (mean, error))) = each.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) {
-            refuted.push(Refuted {
-                bound,
-                axis,
-                rise: (!absent).then_some([-mean, error]),
-            });
-            with = without;
-            *last = Model { terms, solution };
-        }
-    }
-    Ok(refuted)
-}
-
-/// Whether an effect that was found on one axis alone has next to no force where all terms are
-/// solved for together.
-fn is_absent(records: &Records<'_>, bound: &AxisEffect, values: &[f64]) -> bool {
-    if bound.entry.is_per_record() || bound.entry.subsystem == Subsystem::Sensor {
-        return false;
-    }
-    let force = records.force(bound, values);
-    let axes = force.chunks_exact(records.rows_per_axis().max(1));
-    let mut shares = axes.zip(&records.references.force).enumerate();
-    shares.all(|(axis, (own, whole))| rms(own) / whole < least_share(records, axis))
 }

@@ -6,6 +6,7 @@ use crate::fit::errors::Evaluated;
 use crate::fit::network::{NetworkFit, NetworkOptions, Restart, TrainingObserver, fit_network};
 use crate::model::ModelAxis;
 use crate::model::file::{AxisFit, Base, ModelFile};
+use crate::signal::motion::Motion;
 use crate::study::{Role, Study};
 use crate::text::error::Result;
 
@@ -71,16 +72,17 @@ pub fn network(
     };
     let disagreement = fit.disagreement(judged, input)?;
     let mut identified = prepared.finish(study, chosen.told(fit_result))?;
+    let held: Vec<Motion> = validation.into_iter().cloned().collect();
     let of_restart = |restart: &Restart| {
         let model = ModelFile {
             base: Base::Network(restart.network.clone()),
             ..identified.model.clone()
         };
-        let evaluated = Evaluated::corrected(study, &model, prepared.motions.as_slice())?;
+        let evaluated = Evaluated::corrected(study, &model, held.as_slice())?;
         let errors = evaluated.pooled(Role::Validate).into_iter();
         Ok(errors.map(|error| error.nmse_percent).collect())
     };
-    let validation_nmse_percent = match validation.is_empty() {
+    let validation_nmse_percent = match held.is_empty() {
         true => Vec::new(),
         false => fit.restarts.iter().map(of_restart).collect::<Result<_>>()?,
     };
